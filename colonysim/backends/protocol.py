@@ -1,0 +1,83 @@
+"""What a backend is: it turns intents into motion and says what came of them. It knows no SimPy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from colonysim.randomness import Streams
+    from colonysim.world.intents import Intent, Outcome
+    from colonysim.world.state import World
+
+__all__ = ["Backend", "Done", "Finished", "TraceRow"]
+
+
+class Done(NamedTuple):
+    """An action whose end is known when it starts: it takes `seconds` and ends with `outcome`."""
+
+    seconds: float
+    outcome: Outcome
+
+
+class Finished(NamedTuple):
+    """An action that has just ended on a backend with a clock of its own."""
+
+    agent: int
+    outcome: Outcome
+
+
+class TraceRow(NamedTuple):
+    """A row for one of the trace's tables ("poses", "controls") in the order of its columns."""
+
+    table: str
+    row: tuple[object, ...]
+
+
+class Backend(Protocol):
+    """Makes intents happen.
+
+    A backend reads the world and never writes it: all that it did is in the outcome. One action per agent is under
+    way at a time. Whatever goes wrong is an outcome with a reason, never an exception and never a hang.
+
+    Attributes:
+        tick: Control period in simulated seconds, or None for a backend that answers every `start` at once.
+    """
+
+    tick: float | None
+
+    def reset(self, world: World, streams: Streams) -> None:
+        """Begins an episode: everything stands where `world` says; randomness only from `streams`."""
+        ...
+
+    def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
+        """The chance, 0 to 1, that `agent` can push `box` to each of the neighbouring `targets`."""
+        ...
+
+    def footprint(self, agent: int, intent: Intent) -> frozenset[int]:
+        """The nodes that the manoeuvre needs besides the agent's own; all are reserved or none."""
+        ...
+
+    def start(self, agent: int, intent: Intent, now: float) -> Done | None:
+        """Begins an action; None if its outcome will come from `advance`."""
+        ...
+
+    def advance(self, now: float) -> Sequence[Finished]:
+        """Moves the bodies on by one tick, which ends at `now`; called only while an action is pending."""
+        ...
+
+    def cancel(self, agent: int) -> None:
+        """Gives up the agent's action, if one is pending; no outcome will come of it."""
+        ...
+
+    def leave(self, agent: int) -> None:
+        """Takes the agent's body out of the world: it has reached the goal."""
+        ...
+
+    def rows(self) -> Iterable[TraceRow]:
+        """Hands over what the trace should keep since the last call (poses of movers, control steps)."""
+        ...
+
+    def close(self) -> None:
+        """Releases everything; may be called more than once."""
+        ...

@@ -1,0 +1,23 @@
+"""The errors a user can cause; each is shown as one message, never as a traceback."""
+
+
+class ColonysimError(Exception):
+    """A mistake that the user can mend; the command line prints the message and exits with `exit_code`."""
+
+    exit_code = 2
+
+
+class ScenarioError(ColonysimError):
+    """A scenario that cannot be simulated; the message names file, line, column and field."""
+
+
+class MissingExtraError(ColonysimError):
+    """An optional part was asked for that is not installed; the message holds the install command."""
+
+
+class PluginError(ColonysimError):
+    """A policy, field or backend that could not be found or loaded."""
+
+
+class TraceError(ColonysimError):
+    """A run directory that cannot be read or written."""

@@ -1,0 +1,145 @@
+"""The tables of a trace and their columns; `VERSION` changes whenever a reader would notice.
+
+Nodes are written by their numbers in the scenario file, boxes and agents by their position in it, holes by the
+number of their node. -1 stands for "none" in every integer column.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, TypeAlias
+
+__all__ = ["TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink", "Table"]
+
+from typing import Protocol
+
+VERSION = 1
+
+Column: TypeAlias = Literal["int", "float", "text", "bool", "ints", "floats"]
+Table: TypeAlias = Literal["events", "decisions", "deposits", "poses", "controls", "frames", "episodes"]
+
+
+class Event(NamedTuple):
+    """Something that happened. `simulate` yields these as they occur.
+
+    Attributes:
+        episode: Counted from 1.
+        time: Simulated seconds since the episode's start.
+        kind: "start" (an agent stands on its first node), "begin" (an action was begun), "end" (it ended), "wait",
+            "goal" (the agent reached the goal and left), "spent" (max_steps used up), "lost", "episode" (it ended).
+        agent: Which agent.
+        action: "travel", "push", "take" (the first step of a push: onto the box's node) or "wait"; else empty.
+        node: Where the agent is.
+        target: Where the action leads.
+        box: Which box.
+        hole: Node of the hole the box is meant for.
+        status: "arrived", "blocked", "failed"; for kind "episode" the way it ended.
+        reason: Why it did not arrive.
+        step: Steps the agent has begun so far.
+    """
+
+    episode: int
+    time: float
+    kind: str
+    agent: int = -1
+    action: str = ""
+    node: int = -1
+    target: int = -1
+    box: int = -1
+    hole: int = -1
+    status: str = ""
+    reason: str = ""
+    step: int = 0
+
+
+class Decision(NamedTuple):
+    """What an agent could choose from; `targets`, `boxes` and `probabilities` run in parallel."""
+
+    episode: int
+    time: float
+    agent: int
+    node: int
+    explored: bool
+    chosen: int
+    targets: tuple[int, ...]
+    boxes: tuple[int, ...]
+    probabilities: tuple[float, ...]
+
+
+class Deposit(NamedTuple):
+    """A pheromone value written by an agent: `key` is the hole (H) or hole and `node` the box (B), else -1."""
+
+    episode: int
+    time: float
+    field: str
+    agent: int
+    node: int
+    key: int
+    value: float
+
+
+class Frame(NamedTuple):
+    """One pheromone value at the end of an episode, before what the end of an episode does to it."""
+
+    episode: int
+    field: str
+    node: int
+    key: int
+    value: float
+
+
+class EpisodeResult(NamedTuple):
+    """How an episode went; `wall_seconds` is no part of the trace's hash.
+
+    Attributes:
+        episode: Counted from 1.
+        steps: Largest count of steps of its agents if it ended with "goal", else max_steps.
+        success: Share of agents at the goal.
+        ended: "goal", "max_steps", "deadlock", "lost", "timeout" or "interrupted".
+        sim_seconds: Simulated seconds it took.
+        seated: Boxes that lie in a hole at its end.
+        wall_seconds: Seconds of wall clock it took.
+    """
+
+    episode: int
+    steps: int
+    success: float
+    ended: str
+    sim_seconds: float
+    seated: int
+    wall_seconds: float
+
+
+TABLES: dict[Table, dict[str, Column]] = {
+    "events": {
+        "episode": "int", "time": "float", "kind": "text", "agent": "int", "action": "text", "node": "int",
+        "target": "int", "box": "int", "hole": "int", "status": "text", "reason": "text", "step": "int",
+    },
+    "decisions": {
+        "episode": "int", "time": "float", "agent": "int", "node": "int", "explored": "bool", "chosen": "int",
+        "targets": "ints", "boxes": "ints", "probabilities": "floats",
+    },
+    "deposits": {
+        "episode": "int", "time": "float", "field": "text", "agent": "int", "node": "int", "key": "int",
+        "value": "float",
+    },
+    "poses": {
+        "episode": "int", "time": "float", "body": "text", "number": "int", "x": "float", "y": "float", "z": "float",
+        "roll": "float", "pitch": "float", "yaw": "float",
+    },
+    "controls": {
+        "episode": "int", "time": "float", "agent": "int", "chooser": "text", "control": "text", "ticks": "int",
+    },
+    "frames": {"episode": "int", "field": "text", "node": "int", "key": "int", "value": "float"},
+    "episodes": {
+        "episode": "int", "steps": "int", "success": "float", "ended": "text", "sim_seconds": "float",
+        "seated": "int", "wall_seconds": "float",
+    },
+}  # fmt: skip
+
+
+class Sink(Protocol):
+    """Where a simulation's rows go; a trace writer is one."""
+
+    def write(self, table: Table, row: tuple[object, ...]) -> None:
+        """Takes one row, in the order of the table's columns."""
+        ...

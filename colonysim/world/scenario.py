@@ -1,0 +1,123 @@
+"""What a scenario says, validated and frozen: the input of everything else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from colonysim.world.topology import Topology
+
+__all__ = ["BoxStart", "Hole", "Scenario", "Timing"]
+
+
+@dataclass(frozen=True, slots=True)
+class Hole:
+    """A node whose floor lies below its rim; heights in graph units."""
+
+    node: int
+    floor: float
+    rim: float
+
+    @property
+    def depth(self) -> float:
+        """How far the floor lies below the rim."""
+        return self.rim - self.floor
+
+
+@dataclass(frozen=True, slots=True)
+class BoxStart:
+    """Where a box stands at the start of each episode, and how high it is, graph units."""
+
+    node: int
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """How long an action takes on a backend without a clock of its own.
+
+    Attributes:
+        travel: Seconds per graph unit of a travelled edge.
+        push: Seconds per graph unit of a pushed edge.
+        travel_fixed: Seconds added to each travelled edge.
+        push_fixed: Seconds added to each pushed edge.
+        jitter: Half-width of a uniform factor around 1, drawn for each action.
+        travels: Measured durations of single edges (i, j), seconds; they take precedence.
+        pushes: Measured durations of single pushed edges (i, j), seconds.
+    """
+
+    travel: float = 1.0
+    push: float = 1.0
+    travel_fixed: float = 0.0
+    push_fixed: float = 0.0
+    jitter: float = 0.1
+    travels: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    pushes: Mapping[tuple[int, int], float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scenario:
+    """One colony, described once for every backend; all nodes are indices into `topology`.
+
+    Attributes:
+        name: Short name, shown everywhere.
+        description: One line for listings.
+        topology: The place.
+        holes: In the order of the file; a hole's key is its position here.
+        boxes: In the order of the file; a box's number is its position here.
+        agents: Start node of each agent.
+        goal: The node that all agents must reach.
+        no_push: Directed edges over which no box may be pushed.
+        detection_radius: R, graph units.
+        max_steps: Steps an agent may begin in an episode.
+        episodes: Episodes of a run unless the caller says otherwise.
+        mode: "asynchronous" or "synchronous".
+        stall_seconds: Simulated seconds without any outcome after which an episode ends as deadlock.
+        time_limit: Simulated seconds after which an episode ends as timeout; None for no limit.
+        reach: Two surfaces that differ by less than this are level (paper Section 3.3).
+        timing: Durations for backends without a clock.
+        policy: Name of the policy, or "package.module:Name".
+        parameters: Parameters of the policy (`policy.*` in the file), still to be read by the policy itself.
+        physics: The `physics:` section, read by the physics backend.
+        document: The resolved scenario as plain data, after variant and overrides; equal documents run alike.
+        digest: SHA-256 of `document` in canonical JSON.
+        source: Where it came from, for messages: a path or a name.
+        positions: Line and column (from 1) of each field of the file, by dotted path ("policy.beta", "boxes.2").
+    """
+
+    name: str
+    topology: Topology
+    holes: tuple[Hole, ...]
+    boxes: tuple[BoxStart, ...]
+    agents: tuple[int, ...]
+    goal: int
+    description: str = ""
+    no_push: frozenset[tuple[int, int]] = frozenset()
+    detection_radius: float = 5.0
+    max_steps: int = 50
+    episodes: int = 30
+    mode: str = "asynchronous"
+    stall_seconds: float = 600.0
+    time_limit: float | None = None
+    reach: float = 0.3
+    timing: Timing = field(default_factory=Timing)
+    policy: str = "stigmergy"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    physics: Mapping[str, Any] = field(default_factory=dict)
+    document: Mapping[str, Any] = field(default_factory=dict)
+    digest: str = ""
+    source: str = "<scenario>"
+    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+
+    def fault(self, path: str, message: str) -> ScenarioError:
+        """An error that says where in the file `path` stands, or what stands nearest above it."""
+        place = path
+        while place and place not in self.positions:
+            place = place.rpartition(".")[0]
+        line, column = self.positions.get(place, (1, 1))
+        return ScenarioError(f"{self.source}:{line}:{column}: {path}: {message}")

@@ -1,0 +1,118 @@
+"""The place: nodes, edges and heights that never change during a run, as flat arrays indexed by node."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    import networkx as nx
+
+__all__ = ["Topology"]
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """An undirected graph in space; nodes are counted from 0, `ids` holds their numbers in the scenario file.
+
+    Attributes:
+        ids: The number of each node in the scenario file.
+        x: East coordinate of each node, graph units.
+        y: North coordinate of each node, graph units.
+        z: Height of each node's bare surface, graph units; of a hole, its floor.
+        neighbours: For each node its neighbours in ascending order.
+        lengths: For each node the lengths of its edges in the xy plane, in the order of `neighbours`.
+        rises: For a slope edge (i, j), in both directions, how much j lies above i.
+    """
+
+    ids: tuple[int, ...]
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    z: tuple[float, ...]
+    neighbours: tuple[tuple[int, ...], ...]
+    lengths: tuple[tuple[float, ...], ...]
+    rises: Mapping[tuple[int, int], float] = field(default_factory=dict)
+
+    @classmethod
+    def build(
+        cls,
+        ids: Sequence[int],
+        positions: Sequence[tuple[float, float, float]],
+        edges: Iterable[tuple[int, int]],
+        slopes: Iterable[tuple[int, int]] = (),
+    ) -> Topology:
+        """Builds the arrays from positions (x, y, z) and edges, both given by index.
+
+        Args:
+            ids: The number of each node in the scenario file.
+            positions: x, y, z of each node.
+            edges: Pairs of indices; order and repetitions do not matter.
+            slopes: Edges whose difference of height is a ramp that can be travelled.
+        """
+        x = tuple(float(p[0]) for p in positions)
+        y = tuple(float(p[1]) for p in positions)
+        z = tuple(float(p[2]) for p in positions)
+        joined: list[set[int]] = [set() for _ in ids]
+        for i, j in edges:
+            joined[i].add(j)
+            joined[j].add(i)
+        neighbours = tuple(tuple(sorted(others)) for others in joined)
+        lengths = tuple(
+            tuple(math.sqrt((x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2) for j in others)
+            for i, others in enumerate(neighbours)
+        )
+        rises: dict[tuple[int, int], float] = {}
+        for i, j in slopes:
+            rises[i, j] = z[j] - z[i]
+            rises[j, i] = z[i] - z[j]
+        return cls(tuple(ids), x, y, z, neighbours, lengths, rises)
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    @cached_property
+    def index(self) -> dict[int, int]:
+        """From a node's number in the scenario file to its index."""
+        return {number: i for i, number in enumerate(self.ids)}
+
+    @cached_property
+    def edge_count(self) -> int:
+        """The number of undirected edges."""
+        return sum(len(others) for others in self.neighbours) // 2
+
+    @cached_property
+    def mean_length(self) -> float:
+        """The mean length of an edge, graph units; 1 where there are no edges."""
+        count = 2 * self.edge_count
+        return sum(map(sum, self.lengths)) / count if count else 1.0
+
+    def length(self, i: int, j: int) -> float:
+        """The length of the edge i-j in the xy plane.
+
+        Raises:
+            ValueError: The two nodes are not neighbours.
+        """
+        return self.lengths[i][self.neighbours[i].index(j)]
+
+    def distance(self, i: int, j: int) -> float:
+        """Euclidean distance of two nodes in the xy plane, whether they are neighbours or not."""
+        return math.sqrt((self.x[i] - self.x[j]) ** 2 + (self.y[i] - self.y[j]) ** 2)
+
+    @cached_property
+    def graph(self) -> nx.Graph[int]:
+        """The same place as a NetworkX graph, keyed by the scenario's numbers (pos, z; length, rise)."""
+        import networkx as nx
+
+        graph: nx.Graph[int] = nx.Graph()
+        for i, number in enumerate(self.ids):
+            graph.add_node(number, pos=(self.x[i], self.y[i]), z=self.z[i])
+        for i, others in enumerate(self.neighbours):
+            for j, length in zip(others, self.lengths[i], strict=True):
+                if i < j:
+                    rise = self.rises.get((i, j), 0.0)
+                    graph.add_edge(self.ids[i], self.ids[j], length=length, rise=rise)
+        return graph
