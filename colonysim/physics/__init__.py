@@ -1,0 +1,41 @@
+"""The rigid-body scene: ground with pits and ramps, boxes, wheeled robots.
+
+It knows neither colonies nor learning. Importing this package needs no physics engine; creating a
+[`Scene`][colonysim.physics.scene.Scene] does, and says how to get one when it is missing.
+"""
+
+from colonysim.physics.engine import Engine, MissingEngineError
+from colonysim.physics.robot import (
+    BUMPER,
+    HALF_WIDTH,
+    MAX_WHEEL_SPEED,
+    TRACK,
+    WHEEL_RADIUS,
+    WheelSpeeds,
+    wheel_speeds,
+)
+from colonysim.physics.scene import TICK_SECONDS, Scene
+from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, wrap
+from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
+
+__all__ = [
+    "BUMPER",
+    "HALF_WIDTH",
+    "MAX_WHEEL_SPEED",
+    "TICK_SECONDS",
+    "TRACK",
+    "WHEEL_RADIUS",
+    "BoxSpec",
+    "Engine",
+    "Ground",
+    "MissingEngineError",
+    "Pit",
+    "Pose",
+    "Ramp",
+    "RobotSpec",
+    "Scene",
+    "Terrain",
+    "WheelSpeeds",
+    "wheel_speeds",
+    "wrap",
+]

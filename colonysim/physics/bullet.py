@@ -1,0 +1,171 @@
+"""The PyBullet engine. The only module that imports PyBullet, and only when an engine is made."""
+
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from colonysim.physics.engine import MissingEngineError, Motion
+from colonysim.physics.shapes import Quat, Slab, Vec3, quaternion
+
+_WHEEL_LINK = 0
+_UPWARDS = 0.5
+"""A contact carries a wheel when its normal points up by at least this much."""
+
+
+def load_pybullet() -> Any:
+    """The `pybullet` module.
+
+    Raises:
+        MissingEngineError: It is not installed, or has no wheel for this Python.
+    """
+    try:
+        return importlib.import_module("pybullet")
+    except ImportError as error:
+        cause = str(error)
+        if sys.version_info >= (3, 12):
+            running = f"{sys.version_info.major}.{sys.version_info.minor}"
+            cause += f"; PyBullet publishes wheels up to CPython 3.11 only and this is Python {running}"
+        raise MissingEngineError(
+            f"rigid-body scenes need PyBullet ({cause}): pip install 'colonysim[bullet]' on Python 3.11"
+        ) from error
+
+
+class BulletEngine:
+    """One PyBullet world without ground.
+
+    Args:
+        dt: Physics step in seconds.
+        iterations: Solver iterations of a step.
+        gui: Show a window instead of running headless.
+    """
+
+    def __init__(self, *, dt: float, iterations: int, gui: bool = False) -> None:
+        self._p = p = load_pybullet()
+        self._client: int = p.connect(p.GUI if gui else p.DIRECT)
+        if self._client < 0:
+            raise RuntimeError("PyBullet gave no connection (with gui=True: is there a display?)")
+        p.resetSimulation(physicsClientId=self._client)
+        p.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
+        p.setPhysicsEngineParameter(
+            fixedTimeStep=dt,
+            numSubSteps=0,
+            numSolverIterations=iterations,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
+
+    def add_slab(self, slab: Slab, friction: float) -> int:
+        """A body that never moves."""
+        return self._create_box(slab.half, slab.centre, quaternion(slab.yaw, slab.slope), 0.0, friction)
+
+    def add_box(self, half: Vec3, position: Vec3, rotation: Quat, mass: float, friction: float) -> int:
+        """A free box; it may fall asleep."""
+        body = self._create_box(half, position, rotation, mass, friction)
+        self._let_sleep(body)
+        return body
+
+    def add_robot(
+        self,
+        chassis_half: Vec3,
+        chassis_mass: float,
+        bumper_friction: float,
+        wheels: Sequence[Vec3],
+        wheel_radius: float,
+        wheel_mass: float,
+        position: Vec3,
+        rotation: Quat,
+    ) -> int:
+        """A chassis with one rigidly fixed link that holds all wheel spheres."""
+        p, client = self._p, self._client
+        chassis = p.createCollisionShape(p.GEOM_BOX, halfExtents=chassis_half, physicsClientId=client)
+        axle_height = wheels[0][2]
+        spheres = p.createCollisionShapeArray(
+            shapeTypes=[p.GEOM_SPHERE] * len(wheels),
+            radii=[wheel_radius] * len(wheels),
+            collisionFramePositions=[[x, y, 0.0] for x, y, _ in wheels],
+            physicsClientId=client,
+        )
+        body: int = p.createMultiBody(
+            baseMass=chassis_mass,
+            baseCollisionShapeIndex=chassis,
+            basePosition=position,
+            baseOrientation=rotation,
+            linkMasses=[wheel_mass * len(wheels)],
+            linkCollisionShapeIndices=[spheres],
+            linkVisualShapeIndices=[-1],
+            linkPositions=[[0.0, 0.0, axle_height]],
+            linkOrientations=[[0.0, 0.0, 0.0, 1.0]],
+            linkInertialFramePositions=[[0.0, 0.0, 0.0]],
+            linkInertialFrameOrientations=[[0.0, 0.0, 0.0, 1.0]],
+            linkParentIndices=[0],
+            linkJointTypes=[p.JOINT_FIXED],
+            linkJointAxis=[[0.0, 0.0, 1.0]],
+            physicsClientId=client,
+        )
+        p.changeDynamics(body, -1, lateralFriction=bumper_friction, physicsClientId=client)
+        p.changeDynamics(body, _WHEEL_LINK, lateralFriction=0.0, physicsClientId=client)
+        self._let_sleep(body)
+        return body
+
+    def pose(self, body: int) -> tuple[Vec3, Quat]:
+        """Position and rotation of a body's frame."""
+        found: tuple[Vec3, Quat] = self._p.getBasePositionAndOrientation(body, self._client)
+        return found
+
+    def motion(self, body: int) -> Motion:
+        """Pose and velocities of a body."""
+        position, rotation = self._p.getBasePositionAndOrientation(body, self._client)
+        linear, angular = self._p.getBaseVelocity(body, self._client)
+        return Motion(position, rotation, linear, angular)
+
+    def push(self, body: int, force: Vec3, at: Vec3, torque: Vec3) -> None:
+        """Act on a body during the next step only; everything in the body's own frame."""
+        p = self._p
+        p.applyExternalForce(body, -1, force, at, p.LINK_FRAME, self._client)
+        p.applyExternalTorque(body, -1, torque, p.LINK_FRAME, self._client)
+
+    def stands(self, robot: int) -> bool:
+        """Whether a wheel of the robot rests on something below it."""
+        contacts = self._p.getContactPoints(bodyA=robot, linkIndexA=_WHEEL_LINK, physicsClientId=self._client)
+        return any(contact[7][2] > _UPWARDS for contact in contacts)
+
+    def place(self, body: int, position: Vec3, rotation: Quat) -> None:
+        """Put a body somewhere, at rest and awake."""
+        p, client = self._p, self._client
+        p.resetBasePositionAndOrientation(body, position, rotation, physicsClientId=client)
+        p.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+        p.changeDynamics(body, -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=client)
+
+    def remove(self, body: int) -> None:
+        """Take a body out of the world."""
+        self._p.removeBody(body, physicsClientId=self._client)
+
+    def step(self) -> None:
+        """Advance by one physics step."""
+        self._p.stepSimulation(self._client)
+
+    def close(self) -> None:
+        """Disconnect from PyBullet."""
+        if self._client >= 0:
+            self._p.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    def _create_box(self, half: Vec3, position: Vec3, rotation: Quat, mass: float, friction: float) -> int:
+        p, client = self._p, self._client
+        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        body: int = p.createMultiBody(
+            baseMass=mass,
+            baseCollisionShapeIndex=shape,
+            basePosition=position,
+            baseOrientation=rotation,
+            physicsClientId=client,
+        )
+        p.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
+        return body
+
+    def _let_sleep(self, body: int) -> None:
+        p = self._p
+        p.changeDynamics(
+            body, -1, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING, physicsClientId=self._client
+        )

@@ -1,0 +1,155 @@
+"""The robot: four wheels, a bumper low enough to press a box into a pit, and its traction.
+
+Sphere wheels with engine friction grip differently in every world direction, so the wheels here are
+frictionless and traction is a servo on the body: every physics step it pulls the body's forward,
+sideways and turning speed towards what the wheels ask for, within the friction the ground can give.
+Sideways sliding of tyres is therefore modelled as a capped force, not as slip at each wheel.
+"""
+
+import math
+from typing import NamedTuple
+
+from colonysim.physics.engine import Engine, Motion
+from colonysim.physics.shapes import Pose, Quat, RobotSpec, Vec3, euler, quaternion
+
+WHEEL_RADIUS = 0.12
+TRACK = 0.50
+"""Distance of the left from the right wheels, metres."""
+MAX_WHEEL_SPEED = 8.0
+"""Radians per second."""
+BUMPER = 0.36
+"""The bumper stands this far ahead of the robot's origin, metres (and the tail as far behind)."""
+HALF_WIDTH = 0.37
+"""Half the width over the wheels, metres; the chassis itself is .305 m."""
+
+_WHEELBASE_HALF = 0.22
+_CHASSIS_LOW, _CHASSIS_HIGH = 0.05, 0.34
+_CENTRE = (_CHASSIS_LOW + _CHASSIS_HIGH) / 2
+_CHASSIS_HALF = (BUMPER, 0.305, (_CHASSIS_HIGH - _CHASSIS_LOW) / 2)
+_CHASSIS_MASS, _WHEEL_MASS = 42.0, 2.0
+_MASS = _CHASSIS_MASS + 4 * _WHEEL_MASS
+_BUMPER_FRICTION = 1.0
+_GRIP = 0.8
+"""Friction between tyres and ground."""
+_WEIGHT = _MASS * 9.81
+_SERVO = 60.0
+"""Velocity errors are corrected at this rate, 1/s."""
+_YAW_INERTIA = 3.7
+_MAX_TORQUE = 100.0
+_UPRIGHT = 0.8
+"""Below this cosine of the tilt the wheels have lost the ground."""
+_AT_REST = 1e-3
+_FORCE_AT = (0.0, 0.0, -0.19)
+
+
+class WheelSpeeds(NamedTuple):
+    """Left and right wheel speed, radians per second."""
+
+    left: float
+    right: float
+
+
+def wheel_speeds(forward: float, turn: float) -> WheelSpeeds:
+    """Wheel speeds of a differential drive, the pair scaled down to what the motors reach.
+
+    Args:
+        forward: Speed ahead, m/s.
+        turn: Turn rate to the left, rad/s.
+    """
+    left = (forward - turn * TRACK / 2) / WHEEL_RADIUS
+    right = (forward + turn * TRACK / 2) / WHEEL_RADIUS
+    fastest = max(abs(left), abs(right))
+    if fastest > MAX_WHEEL_SPEED:
+        left, right = left * MAX_WHEEL_SPEED / fastest, right * MAX_WHEEL_SPEED / fastest
+    return WheelSpeeds(left, right)
+
+
+def origin_pose(position: Vec3, rotation: Quat) -> Pose:
+    """The robot's pose, its origin on the ground, from the pose of its chassis."""
+    x, y, z, w = rotation
+    up_x, up_y, up_z = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
+    return Pose(
+        position[0] - _CENTRE * up_x,
+        position[1] - _CENTRE * up_y,
+        position[2] - _CENTRE * up_z,
+        *euler(rotation),
+    )
+
+
+def chassis_place(x: float, y: float, z: float, yaw: float) -> tuple[Vec3, Quat]:
+    """Position and rotation of the chassis of a robot that stands level at a place."""
+    return (x, y, z + _CENTRE), quaternion(yaw)
+
+
+def build_robot(engine: Engine, spec: RobotSpec) -> int:
+    """Create a robot's body."""
+    position, rotation = chassis_place(spec.x, spec.y, spec.z, spec.yaw)
+    axle = WHEEL_RADIUS - _CENTRE
+    return engine.add_robot(
+        _CHASSIS_HALF,
+        _CHASSIS_MASS,
+        _BUMPER_FRICTION,
+        [(x, y, axle) for x in (_WHEELBASE_HALF, -_WHEELBASE_HALF) for y in (TRACK / 2, -TRACK / 2)],
+        WHEEL_RADIUS,
+        _WHEEL_MASS,
+        position,
+        rotation,
+    )
+
+
+class Traction:
+    """Drives one robot's body; called once for every physics step.
+
+    Attributes:
+        body: The engine's name of the robot.
+        left: Left wheel speed asked for, rad/s.
+        right: Right wheel speed asked for, rad/s.
+        grounded: Whether a wheel stood on something at the last look.
+        upright: Cosine of the tilt at the last step (not a number when the pose is not).
+        resting: Whether the last step needed no force at all.
+    """
+
+    __slots__ = ("_engine", "body", "grounded", "left", "resting", "right", "upright")
+
+    def __init__(self, engine: Engine, body: int) -> None:
+        self._engine = engine
+        self.body = body
+        self.left = self.right = 0.0
+        self.grounded = True
+        self.resting = False
+        self.upright = 1.0
+
+    def apply(self) -> None:
+        """Push the body towards the speeds its wheels ask for, as far as the ground's grip allows."""
+        motion: Motion = self._engine.motion(self.body)
+        x, y, z, w = motion.rotation
+        self.upright = r22 = 1 - 2 * (x * x + y * y)
+        if not (self.grounded and r22 >= _UPRIGHT):
+            self.resting = False
+            return
+        vx, vy, vz = motion.linear
+        wx, wy, wz = motion.angular
+        r20, r21 = 2 * (x * z - w * y), 2 * (y * z + w * x)
+        left, right = self.left, self.right
+        if (
+            left == 0.0 == right
+            and abs(r20) < _AT_REST
+            and abs(r21) < _AT_REST
+            and abs(vx) + abs(vy) + abs(wz) < _AT_REST
+        ):
+            # A parked robot on level ground is left alone, so that the engine can let it sleep.
+            self.resting = True
+            return
+        self.resting = False
+        ahead = vx * (1 - 2 * (y * y + z * z)) + vy * 2 * (x * y + w * z) + vz * r20
+        aside = vx * 2 * (x * y - w * z) + vy * (1 - 2 * (x * x + z * z)) + vz * r21
+        turning = wx * 2 * (x * z + w * y) + wy * 2 * (y * z - w * x) + wz * r22
+        fx = _SERVO * _MASS * ((left + right) * (WHEEL_RADIUS / 2) - ahead) + _WEIGHT * r20
+        fy = -_SERVO * _MASS * aside + _WEIGHT * r21
+        most = _GRIP * _WEIGHT * r22
+        asked = math.hypot(fx, fy)
+        if asked > most:
+            fx, fy = fx * most / asked, fy * most / asked
+        torque = _YAW_INERTIA * _SERVO * ((right - left) * (WHEEL_RADIUS / TRACK) - turning)
+        torque = max(-_MAX_TORQUE, min(_MAX_TORQUE, torque))
+        self._engine.push(self.body, (fx, fy, 0.0), _FORCE_AT, (0.0, 0.0, torque))

@@ -1,0 +1,213 @@
+"""A scene: terrain, boxes and robots in one engine, advanced by control ticks."""
+
+import math
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+from colonysim.physics.bullet import BulletEngine
+from colonysim.physics.engine import Engine
+from colonysim.physics.robot import BUMPER, MAX_WHEEL_SPEED, Traction, build_robot, chassis_place, origin_pose
+from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
+from colonysim.physics.terrain import Pit, Terrain
+
+TICK_SECONDS = 1 / 60
+"""Seconds of one control tick."""
+_STEPS_PER_TICK = 2
+_ITERATIONS = 50
+_GROUND_FRICTION = 0.8
+_FLIPPED_TICKS = 30
+_SUNK = 0.08
+_SEATED = 0.02
+
+
+class Scene:
+    """Rigid bodies in one engine.
+
+    The same calls give the same poses bit for bit, also in another process with the same engine build
+    and processor family.
+
+    Args:
+        terrain: The fixed ground.
+        boxes: Boxes to create, in the order of their indices.
+        robots: Robots to create, in the order of their indices.
+        gui: Show a window (PyBullet only).
+        engine: Another engine than PyBullet; it must be empty and step 1/120 s.
+
+    Raises:
+        MissingEngineError: PyBullet is not installed.
+    """
+
+    tick_seconds = TICK_SECONDS
+
+    def __init__(
+        self,
+        terrain: Terrain,
+        boxes: Sequence[BoxSpec],
+        robots: Sequence[RobotSpec],
+        *,
+        gui: bool = False,
+        engine: Engine | None = None,
+    ) -> None:
+        self.terrain = terrain
+        self.boxes = tuple(boxes)
+        self.ticks = 0
+        self._engine: Engine = engine or BulletEngine(
+            dt=TICK_SECONDS / _STEPS_PER_TICK, iterations=_ITERATIONS, gui=gui
+        )
+        for slab in terrain.slabs():
+            self._engine.add_slab(slab, _GROUND_FRICTION)
+        self._boxes = [
+            self._engine.add_box(
+                (b.length / 2, b.length / 2, b.height / 2),
+                (b.x, b.y, b.z + b.height / 2),
+                quaternion(b.yaw),
+                b.mass,
+                b.friction,
+            )
+            for b in boxes
+        ]
+        self._tractions: list[Traction | None] = [
+            Traction(self._engine, build_robot(self._engine, r)) for r in robots
+        ]
+        self._tilted = [0] * len(self._tractions)
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the scene was made."""
+        return self.ticks * TICK_SECONDS
+
+    @property
+    def robot_count(self) -> int:
+        """How many robots were created, removed ones included."""
+        return len(self._tractions)
+
+    def drive(self, robot: int, left: float, right: float) -> None:
+        """Ask a robot for wheel speeds, kept until changed.
+
+        Args:
+            robot: Index of the robot.
+            left: Left wheel speed, rad/s; beyond the motors' 8 rad/s it is cut off.
+            right: Right wheel speed, rad/s.
+        """
+        traction = self._traction(robot)
+        traction.left = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, left))
+        traction.right = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, right))
+
+    def tick(self) -> None:
+        """Advance by one control tick: two physics steps, with the traction applied before each."""
+        engine = self._engine
+        tractions = [t for t in self._tractions if t is not None]
+        for traction in tractions:
+            if not traction.resting:
+                traction.grounded = engine.stands(traction.body)
+        for _ in range(_STEPS_PER_TICK):
+            for traction in tractions:
+                traction.apply()
+            engine.step()
+        self.ticks += 1
+        for i, maybe in enumerate(self._tractions):
+            if maybe is not None:
+                self._tilted[i] = 0 if maybe.upright >= 0.8 else self._tilted[i] + 1
+
+    def robot(self, i: int) -> Pose:
+        """Pose of a robot; its origin lies on the ground between the wheels."""
+        return origin_pose(*self._engine.pose(self._traction(i).body))
+
+    def box(self, i: int) -> Pose:
+        """Pose of a box's centre; the yaw is raw, a square box looks the same every 90 degrees."""
+        position, rotation = self._engine.pose(self._boxes[i])
+        return Pose(*position, *euler(rotation))
+
+    def has_robot(self, i: int) -> bool:
+        """Whether a robot is still in the world."""
+        return self._tractions[i] is not None
+
+    def place_robot(self, i: int, x: float, y: float, z: float, yaw: float) -> None:
+        """Put a robot somewhere, level, at rest, its wheels stopped; `z` is the ground under it."""
+        traction = self._traction(i)
+        self._engine.place(traction.body, *chassis_place(x, y, z, yaw))
+        traction.left = traction.right = 0.0
+        # The wheels have no contact until the next step: without this the first tick would have no brakes.
+        traction.grounded, traction.resting = True, False
+        self._tilted[i] = 0
+
+    def place_box(self, i: int, x: float, y: float, z: float, yaw: float) -> None:
+        """Put a box somewhere, level and at rest; `z` is the height of its underside."""
+        self._engine.place(self._boxes[i], (x, y, z + self.boxes[i].height / 2), quaternion(yaw))
+
+    def remove_robot(self, i: int) -> None:
+        """Take a robot's body out of the world; asking for its pose afterwards is an error."""
+        self._engine.remove(self._traction(i).body)
+        self._tractions[i] = None
+
+    def robot_fault(self, i: int) -> str | None:
+        """What makes a robot unable to go on.
+
+        Returns:
+            `"nan"` when its pose is no number, `"flipped"` when it has been on its side or back for half a
+            second, `"in_pit"` when its nose, middle or tail hangs in a pit, `"fallen"` when it left the
+            ground, else None.
+        """
+        pose = self.robot(i)
+        if not all(map(math.isfinite, pose)):
+            return "nan"
+        if self._tilted[i] >= _FLIPPED_TICKS:
+            return "flipped"
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        for pit in self.terrain.pits:
+            for reach in (BUMPER - 0.1, 0.0, 0.1 - BUMPER):
+                x, y = pose.x + reach * c, pose.y + reach * s
+                if pose.z - reach * math.sin(pose.pitch) < pit.rim - _SUNK and pit.contains(x, y):
+                    return "in_pit"
+        lowest = min([g.z for g in self.terrain.grounds] + [p.rim - p.depth for p in self.terrain.pits])
+        return "fallen" if pose.z < lowest - 0.3 else None
+
+    def box_fault(self, i: int) -> str | None:
+        """`"nan"` when a box's pose is no number, `"fallen"` when it left the ground, else None."""
+        pose = self.box(i)
+        if not all(map(math.isfinite, pose)):
+            return "nan"
+        lowest = min([g.z for g in self.terrain.grounds] + [p.rim - p.depth for p in self.terrain.pits])
+        return "fallen" if pose.z < lowest - 0.3 else None
+
+    def box_seated(self, i: int, pit: Pit, tilt: float = 0.06) -> bool:
+        """Whether a box lies level inside a pit, on the floor or on a stack of seated boxes.
+
+        Args:
+            i: Index of the box.
+            pit: The pit.
+            tilt: Largest roll or pitch, radians.
+        """
+        pose, spec = self.box(i), self.boxes[i]
+        if not pit.contains(pose.x, pose.y) or max(abs(pose.roll), abs(pose.pitch)) > tilt:
+            return False
+        floor = pit.rim - pit.depth
+        underside = pose.z - spec.height / 2
+        if underside > pit.rim - spec.height / 2:
+            return False
+        if abs(underside - floor) < _SEATED:
+            return True
+        return any(
+            abs(self.box(j).z + other.height / 2 - underside) < _SEATED and self.box_seated(j, pit, tilt)
+            for j, other in enumerate(self.boxes)
+            if j != i and self.box(j).z < pose.z and pit.contains(*self.box(j)[:2])
+        )
+
+    def close(self) -> None:
+        """Free the engine; calling it twice is allowed."""
+        self._engine.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _traction(self, i: int) -> Traction:
+        traction = self._tractions[i]
+        if traction is None:
+            raise LookupError(f"robot {i} has left the world")
+        return traction

@@ -1,0 +1,102 @@
+"""What a push is, and the form every manoeuvre of a robot takes."""
+
+import math
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import Literal
+
+from colonysim.physics.robot import WheelSpeeds as WheelSpeeds
+from colonysim.physics.scene import Scene
+
+Kind = Literal["flat", "slope", "hole"]
+Chooser = Literal["script", "network"]
+
+
+@dataclass(frozen=True, slots=True)
+class PushTask:
+    """One box to be pushed along a line.
+
+    Attributes:
+        box: Index of the box in the scene.
+        start: Where the push line begins, metres: the node that the box stands on.
+        goal: Where the box's centre is to go, metres: the next node, or the pit's centre.
+        kind: What the goal is: level ground, the end of a slope, or a pit.
+        rim: Height of the ground at the goal (of the pit's rim), metres.
+        pit: Index of the goal's pit in the terrain; None unless the kind is `"hole"`.
+    """
+
+    box: int
+    start: tuple[float, float]
+    goal: tuple[float, float]
+    kind: Kind
+    rim: float
+    pit: int | None = None
+
+    @property
+    def line(self) -> float:
+        """Heading of the push line, radians."""
+        return math.atan2(self.goal[1] - self.start[1], self.goal[0] - self.start[0])
+
+    @property
+    def length(self) -> float:
+        """Length of the push line, metres."""
+        return math.hypot(self.goal[0] - self.start[0], self.goal[1] - self.start[1])
+
+
+@dataclass(frozen=True, slots=True)
+class ManoeuvreResult:
+    """How a manoeuvre ended.
+
+    Attributes:
+        success: Whether it did what it was for.
+        reason: `"done"`, or why not.
+        seconds: Simulated seconds it took.
+        tries: Pushes begun, retries included.
+    """
+
+    success: bool
+    reason: str
+    seconds: float = 0.0
+    tries: int = 0
+
+
+Manoeuvre = Generator[WheelSpeeds, None, ManoeuvreResult]
+"""A manoeuvre of one robot: every value it yields holds for one control tick of 1/60 s.
+
+It reads poses from the scene but never ticks it, so that many robots share one clock: whoever runs it
+hands each yielded pair to `scene.drive` and ticks the scene once for all robots.
+"""
+
+Log = Callable[[Chooser, str, int], None]
+"""Told who chose a control, which control it was, and for how many ticks it held."""
+
+
+def ignore(chooser: Chooser, control: str, ticks: int) -> None:
+    """The log that keeps nothing."""
+
+
+def run_alone(
+    scene: Scene,
+    robot: int,
+    manoeuvre: Manoeuvre,
+    each_tick: Callable[[], None] | None = None,
+) -> ManoeuvreResult:
+    """Run one robot's manoeuvre to its end while every other robot keeps its wheel speeds.
+
+    Args:
+        scene: The scene that the manoeuvre reads.
+        robot: Index of the robot it belongs to.
+        manoeuvre: The manoeuvre.
+        each_tick: Called after every tick.
+    """
+    while True:
+        try:
+            speeds = next(manoeuvre)
+        except StopIteration as end:
+            scene.drive(robot, 0.0, 0.0)
+            result: ManoeuvreResult = end.value
+            return result
+        scene.drive(robot, speeds.left, speeds.right)
+        scene.tick()
+        if each_tick is not None:
+            each_tick()
