@@ -5,10 +5,12 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from colonysim.physics.engine import MissingEngineError, Motion
+from colonysim.physics.engine import MissingEngineError
 from colonysim.physics.shapes import Quat, Slab, Vec3, quaternion
 
 _WHEEL_LINK = 0
+_SLEEP_THRESHOLD = 2e-4
+"""Sum of squared speeds below which a body tires; the engine's default would stop a robot at .2 m/s."""
 _UPWARDS = 0.5
 """A contact carries a wheel when its normal points up by at least this much."""
 
@@ -113,11 +115,10 @@ class BulletEngine:
         found: tuple[Vec3, Quat] = self._p.getBasePositionAndOrientation(body, self._client)
         return found
 
-    def motion(self, body: int) -> Motion:
-        """Pose and velocities of a body."""
-        position, rotation = self._p.getBasePositionAndOrientation(body, self._client)
-        linear, angular = self._p.getBaseVelocity(body, self._client)
-        return Motion(position, rotation, linear, angular)
+    def velocity(self, body: int) -> tuple[Vec3, Vec3]:
+        """Linear and angular velocity of a body's frame, in the world's axes."""
+        found: tuple[Vec3, Vec3] = self._p.getBaseVelocity(body, self._client)
+        return found
 
     def push(self, body: int, force: Vec3, at: Vec3, torque: Vec3) -> None:
         """Act on a body during the next step only; everything in the body's own frame."""
@@ -135,7 +136,12 @@ class BulletEngine:
         p, client = self._p, self._client
         p.resetBasePositionAndOrientation(body, position, rotation, physicsClientId=client)
         p.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
-        p.changeDynamics(body, -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=client)
+        self.wake(body)
+
+    def wake(self, body: int) -> None:
+        """Wake a body: forces alone do not."""
+        p = self._p
+        p.changeDynamics(body, -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self._client)
 
     def remove(self, body: int) -> None:
         """Take a body out of the world."""
@@ -167,5 +173,9 @@ class BulletEngine:
     def _let_sleep(self, body: int) -> None:
         p = self._p
         p.changeDynamics(
-            body, -1, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING, physicsClientId=self._client
+            body,
+            -1,
+            activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING,
+            sleepThreshold=_SLEEP_THRESHOLD,
+            physicsClientId=self._client,
         )

@@ -1,22 +1,13 @@
 """The seam between the scene and the rigid-body engine beneath it."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from colonysim.physics.shapes import Quat, Slab, Vec3
 
 
 class MissingEngineError(ImportError):
     """No rigid-body engine can be loaded; the message says why and how to install one."""
-
-
-class Motion(NamedTuple):
-    """Position and rotation of a body's frame, and its velocities, all in the world's axes."""
-
-    position: Vec3
-    rotation: Quat
-    linear: Vec3
-    angular: Vec3
 
 
 class Engine(Protocol):
@@ -48,8 +39,8 @@ class Engine(Protocol):
         """Position and rotation of a body's frame."""
         ...
 
-    def motion(self, body: int) -> Motion:
-        """Pose and velocities of a body."""
+    def velocity(self, body: int) -> tuple[Vec3, Vec3]:
+        """Linear and angular velocity of a body's frame, in the world's axes."""
         ...
 
     def push(self, body: int, force: Vec3, at: Vec3, torque: Vec3) -> None:
@@ -62,6 +53,10 @@ class Engine(Protocol):
 
     def place(self, body: int, position: Vec3, rotation: Quat) -> None:
         """Put a body somewhere, at rest and awake."""
+        ...
+
+    def wake(self, body: int) -> None:
+        """Keep a body from sleeping through the forces that follow."""
         ...
 
     def remove(self, body: int) -> None:

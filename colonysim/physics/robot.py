@@ -9,7 +9,7 @@ Sideways sliding of tyres is therefore modelled as a capped force, not as slip a
 import math
 from typing import NamedTuple
 
-from colonysim.physics.engine import Engine, Motion
+from colonysim.physics.engine import Engine
 from colonysim.physics.shapes import Pose, Quat, RobotSpec, Vec3, euler, quaternion
 
 WHEEL_RADIUS = 0.12
@@ -39,6 +39,8 @@ _MAX_TORQUE = 100.0
 _UPRIGHT = 0.8
 """Below this cosine of the tilt the wheels have lost the ground."""
 _AT_REST = 1e-3
+_LOOK_TICKS = 5
+_FALLING = 0.05
 _FORCE_AT = (0.0, 0.0, -0.19)
 
 
@@ -109,7 +111,7 @@ class Traction:
         resting: Whether the last step needed no force at all.
     """
 
-    __slots__ = ("_engine", "body", "grounded", "left", "resting", "right", "upright")
+    __slots__ = ("_countdown", "_engine", "_lift", "body", "grounded", "left", "resting", "right", "upright")
 
     def __init__(self, engine: Engine, body: int) -> None:
         self._engine = engine
@@ -118,17 +120,47 @@ class Traction:
         self.grounded = True
         self.resting = False
         self.upright = 1.0
+        self._lift = 0.0
+        self._countdown = 0
+
+    def ask(self, left: float, right: float) -> None:
+        """Set the wheel speeds, rad/s, each cut off at the motors' limit."""
+        left = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, left))
+        right = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, right))
+        if left != self.left or right != self.right:
+            self.left, self.right = left, right
+            self.resting = False
+            # Forces do not wake a sleeping body, and a robot that pushes in vain may have fallen asleep.
+            self._engine.wake(self.body)
+
+    def settle(self) -> None:
+        """Forget the past after the robot was put somewhere; its wheels stop."""
+        self.left = self.right = 0.0
+        # There is no contact until the next step: without this the first tick would have no brakes.
+        self.grounded, self.resting, self.upright = True, False, 1.0
+        self._lift, self._countdown = 0.0, _LOOK_TICKS
+
+    def look(self) -> None:
+        """Find out whether the wheels stand on something; called before every tick.
+
+        Asking the engine for contacts costs more than the rest of the servo, so it is done when the body
+        moves along its own vertical, as in a fall, and otherwise ten times a second.
+        """
+        if self.resting:
+            return
+        self._countdown -= 1
+        if self._countdown < 0 or not self.grounded or abs(self._lift) > _FALLING:
+            self.grounded = self._engine.stands(self.body)
+            self._countdown = _LOOK_TICKS
 
     def apply(self) -> None:
         """Push the body towards the speeds its wheels ask for, as far as the ground's grip allows."""
-        motion: Motion = self._engine.motion(self.body)
-        x, y, z, w = motion.rotation
+        _, (x, y, z, w) = self._engine.pose(self.body)
         self.upright = r22 = 1 - 2 * (x * x + y * y)
         if not (self.grounded and r22 >= _UPRIGHT):
             self.resting = False
             return
-        vx, vy, vz = motion.linear
-        wx, wy, wz = motion.angular
+        (vx, vy, vz), (wx, wy, wz) = self._engine.velocity(self.body)
         r20, r21 = 2 * (x * z - w * y), 2 * (y * z + w * x)
         left, right = self.left, self.right
         if (
@@ -141,6 +173,7 @@ class Traction:
             self.resting = True
             return
         self.resting = False
+        self._lift = vx * 2 * (x * z + w * y) + vy * 2 * (y * z - w * x) + vz * r22
         ahead = vx * (1 - 2 * (y * y + z * z)) + vy * 2 * (x * y + w * z) + vz * r20
         aside = vx * 2 * (x * y - w * z) + vy * (1 - 2 * (x * x + z * z)) + vz * r21
         turning = wx * 2 * (x * z + w * y) + wy * 2 * (y * z - w * x) + wz * r22

@@ -7,7 +7,7 @@ from typing import Self
 
 from colonysim.physics.bullet import BulletEngine
 from colonysim.physics.engine import Engine
-from colonysim.physics.robot import BUMPER, MAX_WHEEL_SPEED, Traction, build_robot, chassis_place, origin_pose
+from colonysim.physics.robot import BUMPER, Traction, build_robot, chassis_place, origin_pose
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
 from colonysim.physics.terrain import Pit, Terrain
 
@@ -90,17 +90,14 @@ class Scene:
             left: Left wheel speed, rad/s; beyond the motors' 8 rad/s it is cut off.
             right: Right wheel speed, rad/s.
         """
-        traction = self._traction(robot)
-        traction.left = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, left))
-        traction.right = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, right))
+        self._traction(robot).ask(left, right)
 
     def tick(self) -> None:
         """Advance by one control tick: two physics steps, with the traction applied before each."""
         engine = self._engine
         tractions = [t for t in self._tractions if t is not None]
         for traction in tractions:
-            if not traction.resting:
-                traction.grounded = engine.stands(traction.body)
+            traction.look()
         for _ in range(_STEPS_PER_TICK):
             for traction in tractions:
                 traction.apply()
@@ -127,9 +124,7 @@ class Scene:
         """Put a robot somewhere, level, at rest, its wheels stopped; `z` is the ground under it."""
         traction = self._traction(i)
         self._engine.place(traction.body, *chassis_place(x, y, z, yaw))
-        traction.left = traction.right = 0.0
-        # The wheels have no contact until the next step: without this the first tick would have no brakes.
-        traction.grounded, traction.resting = True, False
+        traction.settle()
         self._tilted[i] = 0
 
     def place_box(self, i: int, x: float, y: float, z: float, yaw: float) -> None:

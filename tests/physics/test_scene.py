@@ -37,3 +37,26 @@ def test_robot_pushes_a_box_straight():
         assert box.x > 2.4
         assert abs(box.y) < 0.05
         assert abs(box.yaw) < 0.05
+
+
+def test_sleeping_bodies_wake_when_driven_or_bumped():
+    robots = [RobotSpec(0, 0, 0, 0), RobotSpec(3.2, 0, 0, math.pi / 2)]
+    with Scene(FLAT, [BoxSpec(1.5, 0, 0, 0)], robots) as scene:
+        for _ in range(300):
+            scene.tick()
+        scene.drive(0, *wheel_speeds(0.05, 0.0))
+        for _ in range(300):
+            scene.tick()
+        assert scene.robot(0).x == pytest.approx(0.25, abs=0.02)
+        scene.drive(0, *wheel_speeds(0.4, 0.0))
+        for _ in range(300):
+            scene.tick()
+        assert scene.box(0).x > 1.7
+        scene.drive(0, 0.0, 0.0)
+        for _ in range(300):
+            scene.tick()
+        scene.drive(0, *wheel_speeds(-0.4, 0.0))
+        before = scene.robot(0).x
+        for _ in range(60):
+            scene.tick()
+        assert scene.robot(0).x == pytest.approx(before - 0.4, abs=0.03)
