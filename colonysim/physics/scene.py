@@ -189,6 +189,14 @@ class Scene:
             if j != i and self.box(j).z < pose.z and pit.contains(*self.box(j)[:2])
         )
 
+    def pit_filled(self, pit: Pit, step: float = 0.06) -> bool:
+        """Whether boxes fill a pit to within `step` metres of its rim, so that a robot can cross it."""
+        return any(
+            pose.z + spec.height / 2 > pit.rim - step and self.box_seated(i, pit)
+            for i, spec in enumerate(self.boxes)
+            if (pose := self.box(i)) and pose.z < pit.rim and pit.contains(pose.x, pose.y)
+        )
+
     def close(self) -> None:
         """Free the engine; calling it twice is allowed."""
         self._engine.close()

@@ -1,0 +1,262 @@
+"""Driving one robot: turning on the spot, following waypoints, backing off."""
+
+import math
+from collections.abc import Callable, Generator, Sequence
+
+from colonysim.physics.robot import BUMPER, WheelSpeeds, wheel_speeds
+from colonysim.physics.scene import Scene
+from colonysim.physics.shapes import Pose, wrap
+from colonysim.push.paths import ROBOT_CLEARANCE, FreeSpace, Obstacles, Point
+from colonysim.push.task import Chooser, Log, Manoeuvre, ManoeuvreResult, ignore
+
+Part = Generator[WheelSpeeds, None, str]
+"""A part of a manoeuvre; it returns `"done"` or the reason why it ended."""
+
+TRAVEL_SPEED = 0.8
+"""Metres per second on the way between nodes."""
+STAGING_SPEED = 0.6
+BACK_SPEED = 0.3
+_TURN_RATE = 2.0
+_TURN_START, _TURN_STOP = 0.3, 0.06
+"""With one threshold for both a robot orbits its target instead of turning towards it."""
+_FAULT_TICKS = 6
+_GUARD_TICKS = 10
+_LOOK_AHEAD = 0.9
+_PATIENCE = 12.0
+_TOUCH = 0.12
+BACK_OFF = 0.35
+"""Metres that a robot backs off from a box before it turns."""
+_STALL_SECONDS = 3.0
+
+
+class Pilot:
+    """One robot under the control of a manoeuvre: its clock, its log, and what it may do.
+
+    Args:
+        scene: The scene; it is read, never ticked.
+        robot: Index of the robot.
+        log: Told about the controls, one call for each run of equal ones.
+        limit: Simulated seconds after which every part ends with `"timeout"`.
+    """
+
+    def __init__(self, scene: Scene, robot: int, log: Log = ignore, limit: float = 60.0) -> None:
+        self.scene = scene
+        self.robot = robot
+        self.begun = scene.time
+        self.deadline = scene.time + limit
+        self._log = log
+        self._control: tuple[Chooser, str] | None = None
+        self._ticks = 0
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot is."""
+        return self.scene.robot(self.robot)
+
+    @property
+    def seconds(self) -> float:
+        """Simulated seconds since the manoeuvre began."""
+        return self.scene.time - self.begun
+
+    def hold(
+        self, control: str, speeds: WheelSpeeds, chooser: Chooser = "script"
+    ) -> Generator[WheelSpeeds, None, str | None]:
+        """Hold wheel speeds for one tick; returns what ends the manoeuvre, else None."""
+        if self._control != (chooser, control):
+            self.flush()
+            self._control = (chooser, control)
+        self._ticks += 1
+        yield speeds
+        if self.scene.time >= self.deadline:
+            return "timeout"
+        if self.scene.ticks % _FAULT_TICKS == 0:
+            return self.scene.robot_fault(self.robot)
+        return None
+
+    def flush(self) -> None:
+        """Report the control held so far to the log; to be called at a manoeuvre's end."""
+        if self._control is not None and self._ticks:
+            self._log(*self._control, self._ticks)
+        self._control, self._ticks = None, 0
+
+    def wait(self, seconds: float) -> Part:
+        """Stand still."""
+        until = self.scene.time + seconds
+        while self.scene.time < until:
+            if fault := (yield from self.hold("wait", WheelSpeeds(0.0, 0.0))):
+                return fault
+        return "done"
+
+    def turn_to(self, heading: float, tolerance: float = 0.02) -> Part:
+        """Turn on the spot until the heading is within `tolerance` radians."""
+        while abs(error := wrap(heading - self.pose.yaw)) > tolerance:
+            rate = max(0.15, min(_TURN_RATE, 4.0 * abs(error)))
+            if fault := (yield from self.hold("rotate", wheel_speeds(0.0, math.copysign(rate, error)))):
+                return fault
+        return "done"
+
+    def straight(self, distance: float, speed: float, control: str) -> Part:
+        """Drive straight by a signed distance; ends early, as done, when nothing moves any more."""
+        start = self.pose
+        c, s = math.cos(start.yaw), math.sin(start.yaw)
+        until = self.scene.time + abs(distance) / speed + 1.0
+        speeds = wheel_speeds(math.copysign(speed, distance), 0.0)
+        while self.scene.time < until:
+            pose = self.pose
+            if abs(c * (pose.x - start.x) + s * (pose.y - start.y)) >= abs(distance):
+                break
+            if fault := (yield from self.hold(control, speeds)):
+                return fault
+        return "done"
+
+    def leave_box(self) -> Part:
+        """Back off when a box stands right at the bumper, else do nothing."""
+        pose = self.pose
+        for i, spec in enumerate(self.scene.boxes):
+            box = self.scene.box(i)
+            ahead, aside = in_frame(pose, box.x, box.y)
+            reach = spec.length / 2
+            # The upper edge of a box that lies in a pit is level with the ground: nothing to back off from.
+            if box.z < pose.z or abs(aside) > reach + 0.3 or ahead < 0.0:
+                continue
+            if ahead < reach * 1.42 + BUMPER + _TOUCH and math.hypot(ahead, aside) < 2 * reach + BUMPER:
+                return (yield from self.straight(-BACK_OFF, BACK_SPEED, "back"))
+        return "done"
+
+    def follow(
+        self,
+        path: Sequence[Point],
+        speed: float,
+        tolerance: float = 0.05,
+        blocked: Callable[[Point], bool] | None = None,
+        arrived: Callable[[], bool] | None = None,
+    ) -> Part:
+        """Drive along waypoints, turning on the spot where the way bends.
+
+        Args:
+            path: The waypoints, the target last.
+            speed: Metres per second.
+            tolerance: How close to the target it ends, metres.
+            blocked: Asked a few times a second with a point ahead; True ends the part with `"blocked"`.
+            arrived: Asked every tick; True ends the part early, as done.
+        """
+        for k, (x, y) in enumerate(path):
+            last = k == len(path) - 1
+            near = tolerance if last else 0.12
+            turning = True
+            best, since = math.inf, self.scene.time
+            while True:
+                pose = self.pose
+                if arrived is not None and arrived():
+                    return "done"
+                dx, dy = x - pose.x, y - pose.y
+                distance = math.hypot(dx, dy)
+                error = wrap(math.atan2(dy, dx) - pose.yaw)
+                if distance <= near or (distance < 2 * near and abs(error) > math.pi / 3):
+                    break
+                turning = abs(error) > (_TURN_STOP if turning else _TURN_START)
+                # Turning on the spot does not bring it closer, so only driving counts as stalling.
+                if turning or distance < best - 0.02:
+                    best, since = min(best, distance), self.scene.time
+                if self.scene.time - since > _STALL_SECONDS:
+                    return "stuck"
+                if blocked is not None and self.scene.ticks % _GUARD_TICKS == 0:
+                    ahead = min(1.0, _LOOK_AHEAD / distance)
+                    if blocked((pose.x + ahead * dx, pose.y + ahead * dy)):
+                        return "blocked"
+                if turning:
+                    rate = max(0.2, min(_TURN_RATE, 4.0 * abs(error)))
+                    speeds = wheel_speeds(0.0, math.copysign(rate, error))
+                else:
+                    forward = min(speed, 2.0 * distance + 0.05) if last else speed
+                    speeds = wheel_speeds(forward, max(-1.5, min(1.5, 4.0 * error)))
+                if fault := (yield from self.hold("rotate" if turning else "travel", speeds)):
+                    return fault
+        return "done"
+
+    def go(
+        self,
+        goal: Point,
+        obstacles: Obstacles,
+        speed: float,
+        tolerance: float = 0.05,
+        arrived: Callable[[], bool] | None = None,
+    ) -> Part:
+        """Plan a way to a point and drive it, waiting for robots that stand in it and planning again."""
+        until = self.scene.time + _PATIENCE
+        while True:
+            pose = self.pose
+            path = FreeSpace(self.scene, obstacles()).path((pose.x, pose.y), goal)
+            reason = "no way"
+            if path is not None:
+                reason = yield from self.follow(path, speed, tolerance, self._guard(obstacles), arrived)
+                if reason not in ("blocked", "stuck"):
+                    return reason
+            if self.scene.time >= until:
+                return reason
+            if (fault := (yield from self.wait(0.7))) != "done":
+                return fault
+            if reason == "stuck" and (fault := (yield from self.straight(-0.2, BACK_SPEED, "back"))) != "done":
+                return fault
+
+    def _guard(self, obstacles: Obstacles) -> Callable[[Point], bool]:
+        """Whether another robot is at a point ahead and would be approached by going there."""
+
+        def blocked(ahead: Point) -> bool:
+            here = self.pose
+            for i in obstacles().robots:
+                other = self.scene.robot(i)
+                there = math.dist(ahead, other[:2])
+                if there < ROBOT_CLEARANCE - 0.06 and there < math.dist(here[:2], other[:2]):
+                    return True
+            return False
+
+        return blocked
+
+
+def in_frame(pose: Pose, x: float, y: float) -> Point:
+    """A point as distances ahead and to the left of a robot."""
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    return c * (x - pose.x) + s * (y - pose.y), -s * (x - pose.x) + c * (y - pose.y)
+
+
+def drive_to(
+    scene: Scene,
+    robot: int,
+    x: float,
+    y: float,
+    obstacles: Obstacles | None = None,
+    *,
+    speed: float = TRAVEL_SPEED,
+    tolerance: float = 0.05,
+    log: Log = ignore,
+    limit: float = 60.0,
+) -> Manoeuvre:
+    """Travel to a point.
+
+    Args:
+        scene: The scene.
+        robot: Index of the robot.
+        x: Target, metres.
+        y: Target, metres.
+        obstacles: What to drive round; None drives straight there, whatever is in the way.
+        speed: Metres per second.
+        tolerance: How close is close enough, metres.
+        log: Told about the controls.
+        limit: Simulated seconds after which it gives up.
+
+    Returns:
+        A manoeuvre that ends with one of the reasons `"done"`, `"timeout"`, `"blocked"` (a robot stood in
+        the way), `"no way"`, `"stuck"`, or a fault of the robot.
+    """
+    pilot = Pilot(scene, robot, log, limit)
+    try:
+        reason = yield from pilot.leave_box()
+        if reason == "done":
+            if obstacles is None:
+                reason = yield from pilot.follow([(x, y)], speed, tolerance)
+            else:
+                reason = yield from pilot.go((x, y), obstacles, speed, tolerance)
+    finally:
+        pilot.flush()
+    return ManoeuvreResult(reason == "done", reason, pilot.seconds)

@@ -1,0 +1,232 @@
+"""Room for a robot among pits, boxes, robots and the ground's border, and ways through it.
+
+The robot is a disc that may turn on the spot. Slack is how far its centre could still move towards the
+nearest obstacle; negative slack is a place where it must not be.
+"""
+
+import heapq
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colonysim.physics.scene import Scene
+from colonysim.physics.terrain import Terrain
+
+Point = tuple[float, float]
+Array = NDArray[np.float64]
+
+ROBOT_RADIUS = 0.47
+"""A robot that turns on the spot sweeps this disc, metres."""
+BOX_CLEARANCE = ROBOT_RADIUS + 0.03
+"""Least distance of a robot's centre from a box's sides, metres."""
+PIT_CLEARANCE = 0.40
+"""Least distance of a robot's centre from a pit's edges: its wheels stay on the ground, metres."""
+ROBOT_CLEARANCE = 2 * ROBOT_RADIUS
+BORDER_CLEARANCE = 0.40
+"""Least distance of a robot's centre from the ground's border, metres."""
+
+_CELL = 0.12
+_WINDOW = 3.0
+_COMFORT = 0.15
+_STEEPEST = 0.3
+_AMPLE = 1.0
+_ESCAPE = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a robot has to stay away from.
+
+    Attributes:
+        robots: Indices of the other robots.
+        boxes: Indices of boxes that stand on the ground (those seated in pits are ground).
+        open_pits: Indices of pits that are empty or half filled: to a robot they are walls.
+        discs: Further places to keep out of: x, y and the distance to keep, metres.
+    """
+
+    robots: tuple[int, ...] = ()
+    boxes: tuple[int, ...] = ()
+    open_pits: tuple[int, ...] = ()
+    discs: tuple[tuple[float, float, float], ...] = ()
+
+
+Obstacles = Callable[[], Surroundings]
+"""Asked whenever a way is planned; it answers for that moment."""
+
+
+def everything_else(scene: Scene, robot: int) -> Obstacles:
+    """The obstacles of a robot alone with its knowledge of the scene: all other bodies, all unfilled pits."""
+
+    def look() -> Surroundings:
+        pits = scene.terrain.pits
+        sunk = {
+            i
+            for i in range(len(scene.boxes))
+            if (box := scene.box(i)) and any(p.contains(box.x, box.y) and box.z < p.rim for p in pits)
+        }
+        return Surroundings(
+            robots=tuple(i for i in range(scene.robot_count) if i != robot and scene.has_robot(i)),
+            boxes=tuple(i for i in range(len(scene.boxes)) if i not in sunk),
+            open_pits=tuple(i for i, pit in enumerate(pits) if not scene.pit_filled(pit)),
+        )
+
+    return look
+
+
+class FreeSpace:
+    """The room there is at one moment.
+
+    Args:
+        scene: The scene; poses are read once.
+        around: What to stay away from.
+    """
+
+    def __init__(self, scene: Scene, around: Surroundings) -> None:
+        self._terrain = scene.terrain
+        self._squares = [
+            (pose.x, pose.y, pose.yaw, scene.boxes[i].length / 2, BOX_CLEARANCE)
+            for i in around.boxes
+            if (pose := scene.box(i))
+        ]
+        for i in around.open_pits:
+            pit = scene.terrain.pits[i]
+            self._squares.append((pit.x, pit.y, pit.yaw, pit.side / 2, PIT_CLEARANCE))
+        self._discs = [(p.x, p.y, ROBOT_CLEARANCE) for i in around.robots if (p := scene.robot(i))]
+        self._discs += around.discs
+
+    def slack(self, x: Array, y: Array) -> Array:
+        """Slack at many places, metres; arrays of one shape in and out."""
+        least = _border_slack(self._terrain, x, y)
+        for cx, cy, yaw, half, clearance in self._squares:
+            c, s = math.cos(yaw), math.sin(yaw)
+            u = np.maximum(np.abs(c * (x - cx) + s * (y - cy)) - half, 0.0)
+            v = np.maximum(np.abs(-s * (x - cx) + c * (y - cy)) - half, 0.0)
+            least = np.minimum(least, np.sqrt(u * u + v * v) - clearance)
+        for cx, cy, clearance in self._discs:
+            least = np.minimum(least, np.sqrt((x - cx) ** 2 + (y - cy) ** 2) - clearance)
+        return least
+
+    def at(self, x: float, y: float) -> float:
+        """Slack at one place, metres."""
+        return float(self.slack(np.array([x]), np.array([y]))[0])
+
+    def along(self, start: Point, end: Point) -> float:
+        """Least slack on a straight way, metres."""
+        count = max(2, math.ceil(math.dist(start, end) / (_CELL / 2)) + 1)
+        share = np.linspace(0.0, 1.0, count)
+        x = start[0] + share * (end[0] - start[0])
+        y = start[1] + share * (end[1] - start[1])
+        return float(self.slack(x, y).min())
+
+    def path(self, start: Point, goal: Point) -> list[Point] | None:
+        """Waypoints of a way from start to goal, the goal last; None when there is none.
+
+        A robot that starts where it must not be may leave, as long as it gets no closer to what it is too
+        close to.
+        """
+        if self.at(*goal) < 0.0:
+            return None
+        if self.along(start, goal) >= min(_COMFORT / 2, self.at(*start), self.at(*goal)):
+            return [goal]
+        grid = _search(self, start, goal)
+        return None if grid is None else self._straighten([start, *grid, goal])
+
+    def _straighten(self, points: list[Point]) -> list[Point]:
+        """Leave out the waypoints that a straight line can do without."""
+        kept: list[Point] = []
+        here = 0
+        while here < len(points) - 1:
+            ahead = len(points) - 1
+            while ahead > here + 1:
+                worst = float(min(self.at(*points[k]) for k in range(here, ahead + 1)))
+                if self.along(points[here], points[ahead]) >= min(worst, _COMFORT / 2) - 0.01:
+                    break
+                ahead -= 1
+            kept.append(points[ahead])
+            here = ahead
+        return kept
+
+
+def surface(terrain: Terrain, x: Array, y: Array) -> Array:
+    """Height of the ground at many places as if all pits were filled; minus infinity off the ground."""
+    top = np.full(x.shape, -np.inf)
+    for g in terrain.grounds:
+        inside = (x >= g.xmin) & (x <= g.xmax) & (y >= g.ymin) & (y <= g.ymax)
+        top = np.where(inside, np.maximum(top, g.z), top)
+    for ramp in terrain.ramps:
+        c, s = math.cos(ramp.yaw), math.sin(ramp.yaw)
+        along = c * (x - ramp.x0) + s * (y - ramp.y0)
+        across = -s * (x - ramp.x0) + c * (y - ramp.y0)
+        inside = (np.abs(across) <= ramp.half_width) & (along >= -ramp.landing)
+        inside &= along <= ramp.length + ramp.landing
+        height = ramp.z0 + np.clip(along / ramp.length, 0.0, 1.0) * (ramp.z1 - ramp.z0)
+        top = np.where(inside, np.maximum(top, height), top)
+    return top
+
+
+def _border_slack(terrain: Terrain, x: Array, y: Array) -> Array:
+    """Slack towards the ground's border and towards cliffs, in coarse grades."""
+    here = surface(terrain, x, y)
+    slack = np.where(np.isfinite(here), _AMPLE, -BORDER_CLEARANCE)
+    for reach, grade in ((BORDER_CLEARANCE + _COMFORT, 0.0), (BORDER_CLEARANCE, -_COMFORT)):
+        for k in range(8):
+            a = k * math.pi / 4
+            there = surface(terrain, x + reach * math.cos(a), y + reach * math.sin(a))
+            with np.errstate(invalid="ignore"):
+                sound = np.abs(there - here) <= _STEEPEST * reach + 0.02
+            slack = np.where(sound, slack, np.minimum(slack, grade))
+    return slack
+
+
+def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | None:
+    """A* over a grid that is laid around start and goal; places with little slack cost more."""
+    xmin = min(start[0], goal[0]) - _WINDOW
+    ymin = min(start[1], goal[1]) - _WINDOW
+    columns = int((max(start[0], goal[0]) + _WINDOW - xmin) / _CELL) + 1
+    rows = int((max(start[1], goal[1]) + _WINDOW - ymin) / _CELL) + 1
+    x, y = np.meshgrid(xmin + _CELL * np.arange(columns), ymin + _CELL * np.arange(rows), indexing="ij")
+    slack = space.slack(x, y)
+    at_start = space.at(*start)
+    if at_start < 0.0:
+        near = (x - start[0]) ** 2 + (y - start[1]) ** 2 < _ESCAPE**2
+        slack = np.where(near & (slack >= at_start - 0.02), np.maximum(slack, 0.0), slack)
+    price = np.where(slack >= 0.0, 1.0 + 3.0 * np.clip(1.0 - slack / _COMFORT, 0.0, 1.0), np.inf)
+
+    def cell(point: Point) -> tuple[int, int]:
+        return round((point[0] - xmin) / _CELL), round((point[1] - ymin) / _CELL)
+
+    first, last = cell(start), cell(goal)
+    price[first] = price[last] = 1.0
+    steps = [(dx, dy, math.hypot(dx, dy)) for dx, dy in itertools.product((-1, 0, 1), repeat=2) if (dx, dy) != (0, 0)]
+    cost = {first: 0.0}
+    came: dict[tuple[int, int], tuple[int, int]] = {}
+    queue = [(math.dist(first, last), first)]
+    done: set[tuple[int, int]] = set()
+    while queue:
+        _, here = heapq.heappop(queue)
+        if here == last:
+            break
+        if here in done:
+            continue
+        done.add(here)
+        for dx, dy, length in steps:
+            there = (here[0] + dx, here[1] + dy)
+            if not (0 <= there[0] < columns and 0 <= there[1] < rows):
+                continue
+            reached = cost[here] + length * float(price[there])
+            if reached < cost.get(there, math.inf):
+                cost[there] = reached
+                came[there] = here
+                heapq.heappush(queue, (reached + math.dist(there, last), there))
+    if last not in came:
+        return None
+    points: list[Point] = []
+    here = came[last]
+    while here != first:
+        points.append((xmin + _CELL * here[0], ymin + _CELL * here[1]))
+        here = came[here]
+    return points[::-1]

@@ -1,0 +1,298 @@
+"""Where to stand behind a box, how a push is split into straight legs, and getting to the staging pose."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from colonysim.physics.robot import BUMPER
+from colonysim.physics.scene import Scene
+from colonysim.physics.shapes import Pose, wrap
+from colonysim.physics.terrain import Pit
+from colonysim.push.driving import STAGING_SPEED, Part, Pilot, in_frame
+from colonysim.push.paths import PIT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings, surface
+from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
+
+MAX_MISMATCH = 0.35
+"""A face this far off the push line straightens itself at the bumper, radians."""
+COARSE_NEAR, COARSE_FAR = 1.15, 1.6
+"""Distances from the box's centre between which a coarse handover leaves the robot, metres."""
+COARSE_BEARING = 0.35
+COARSE_HEADING = 0.8
+
+_PIT_MISMATCH = 0.2
+_FINE_GAPS = (0.72, 0.62, 0.52)
+_COARSE_GAPS = (0.92, 0.80, 0.74)
+"""Tried one after the other: distances of the robot's centre from the face, metres."""
+_NEGLIGIBLE = 0.06
+_PATIENCE = 10.0
+
+
+class Face(NamedTuple):
+    """A face of a box seen from behind it.
+
+    Attributes:
+        heading: The push direction straight through the face, radians.
+        mismatch: The wanted direction minus that one, within a quarter turn: [-pi/4, pi/4].
+    """
+
+    heading: float
+    mismatch: float
+
+
+class Leg(NamedTuple):
+    """A straight part of a push.
+
+    Attributes:
+        start: Where the box's centre is, metres.
+        goal: Where it is to go, metres.
+        hole: Whether it ends in the task's pit.
+    """
+
+    start: Point
+    goal: Point
+    hole: bool
+
+    @property
+    def heading(self) -> float:
+        """Direction of the leg, radians."""
+        return math.atan2(self.goal[1] - self.start[1], self.goal[0] - self.start[0])
+
+    @property
+    def length(self) -> float:
+        """Length of the leg, metres."""
+        return math.dist(self.start, self.goal)
+
+
+@dataclass(frozen=True, slots=True)
+class PushPlan:
+    """A push that has been thought through.
+
+    Attributes:
+        legs: Straight parts, in order; empty when there is nothing to push or no way to push it.
+        margin: Least slack of all staging poses and of the legs' corridor, metres; negative: not feasible.
+        reason: `"ok"`, or what is in the way.
+    """
+
+    legs: tuple[Leg, ...]
+    margin: float
+    reason: str
+
+
+def quarter(angle: float) -> float:
+    """An angle modulo a quarter turn, in [-pi/4, pi/4)."""
+    return (angle + math.pi / 4) % (math.pi / 2) - math.pi / 4
+
+
+def face_for(box: Pose, direction: float) -> Face:
+    """The face to push at in order to move a box in a direction (radians)."""
+    mismatch = quarter(direction - box.yaw)
+    return Face(wrap(direction - mismatch), mismatch)
+
+
+def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
+    """Split a push into straight legs along which the box need not be turned.
+
+    The box goes straight where its face is square to the way, give or take what straightens itself. Other
+    ways are split in two along the box's own sides (before a pit: along the pit's), the smaller component
+    first.
+
+    Args:
+        box: Where the box is now.
+        task: The push.
+        pit: The task's pit.
+
+    Returns:
+        One or two legs; none when a box and a pit stand too askew for the box to drop in.
+    """
+    here, goal = (box.x, box.y), task.goal
+    dx, dy = goal[0] - here[0], goal[1] - here[1]
+    direction = math.atan2(dy, dx)
+    square = abs(quarter(direction - box.yaw)) <= MAX_MISMATCH
+    axes = box.yaw
+    if pit is not None:
+        if square and abs(quarter(direction - pit.yaw)) <= _PIT_MISMATCH:
+            return (Leg(here, goal, True),)
+        if abs(quarter(box.yaw - pit.yaw)) > MAX_MISMATCH:
+            return ()
+        axes = pit.yaw
+    elif square:
+        return (Leg(here, goal, False),)
+    c, s = math.cos(axes), math.sin(axes)
+    along, aside = c * dx + s * dy, -s * dx + c * dy
+    if abs(along) < abs(aside):
+        corner = (here[0] + c * along, here[1] + s * along)
+    else:
+        corner = (here[0] - s * aside, here[1] + c * aside)
+    last = Leg(corner, goal, pit is not None)
+    if math.dist(here, corner) < _NEGLIGIBLE:
+        return (Leg(here, goal, pit is not None),)
+    return (Leg(here, corner, False), last)
+
+
+def staging_points(scene: Scene, box: int, at: Point, heading: float, coarse: bool = False) -> list[Point]:
+    """Places behind a box that a push may start from, the best first."""
+    half = scene.boxes[box].length / 2
+    c, s = math.cos(heading), math.sin(heading)
+    return [(at[0] - (half + gap) * c, at[1] - (half + gap) * s) for gap in (_COARSE_GAPS if coarse else _FINE_GAPS)]
+
+
+def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> PushPlan:
+    """Whether a push is feasible geometrically, with its margin.
+
+    Looks at the staging pose of every leg and at the corridor that box and robot sweep. Whether the robot
+    can reach the staging pose from where it is now is not looked at.
+
+    Args:
+        scene: The scene; the box's pose is read from it.
+        box: Index of the box.
+        task: The push; its start does not matter, the box's own place does.
+        around: What to stay away from; the box itself is left out if it is among it.
+    """
+    pit = None if task.pit is None else scene.terrain.pits[task.pit]
+    legs = legs_for(scene.box(box), task, pit)
+    if not legs:
+        return PushPlan((), -1.0, "box askew to the pit")
+    others = replace(around, boxes=tuple(i for i in around.boxes if i != box))
+    pits = tuple(i for i in around.open_pits if i != task.pit)
+    space = FreeSpace(scene, others)
+    corridor = FreeSpace(scene, Surroundings(others.robots, others.boxes, pits))
+    margin, reason = math.inf, "ok"
+    for leg in legs:
+        staged = max(space.at(*p) for p in staging_points(scene, box, leg.start, leg.heading))
+        if staged < margin:
+            margin, reason = staged, "ok" if staged >= 0.0 else "no staging pose"
+        swept = _corridor_slack(scene, box, leg, corridor)
+        if swept < margin:
+            margin, reason = swept, "ok" if swept >= 0.0 else "way of the box blocked"
+    return PushPlan(legs, margin, reason)
+
+
+def _corridor_slack(scene: Scene, box: int, leg: Leg, space: FreeSpace) -> float:
+    """Slack of the box's centre line: the robot's own, and no step in the ground under the box."""
+    count = max(2, math.ceil(leg.length / 0.1) + 1)
+    share = np.linspace(0.0, 1.0, count)
+    x = leg.start[0] + share * (leg.goal[0] - leg.start[0])
+    y = leg.start[1] + share * (leg.goal[1] - leg.start[1])
+    # The box's own half is wider than the robot's disc by little; at its ends it may overhang nodes.
+    half = scene.boxes[box].length / 2
+    slack = float(space.slack(x, y).min()) - (half - PIT_CLEARANCE)
+    heights = surface(scene.terrain, x, y)
+    if not np.isfinite(heights).all() or float(np.abs(np.diff(heights)).max()) > 0.04:
+        return -half
+    return slack
+
+
+def stage_part(
+    pilot: Pilot,
+    box: int,
+    heading: float,
+    obstacles: Obstacles,
+    *,
+    coarse: bool = False,
+) -> Part:
+    """Bring a robot behind a box.
+
+    Fine: right behind the box on the line through its centre, heading along the push. Coarse: anywhere
+    between 1.15 and 1.6 m from the box's centre, up to .35 rad off the line, heading within .8 rad of it.
+
+    Args:
+        pilot: The robot.
+        box: Index of the box.
+        heading: Direction of the push, radians.
+        obstacles: What to drive round, besides the box itself.
+        coarse: Which of the two.
+    """
+    scene = pilot.scene
+    if coarse and coarsely_staged(pilot, box, heading):
+        return "done"
+    if (reason := (yield from pilot.leave_box())) != "done":
+        return reason
+
+    def around() -> Surroundings:
+        seen = obstacles()
+        return seen if box in seen.boxes else replace(seen, boxes=(*seen.boxes, box))
+
+    arrived: Callable[[], bool] | None = None
+    if coarse:
+
+        def arrived() -> bool:
+            return coarsely_staged(pilot, box, heading, any_heading=True)
+
+    until = scene.time + _PATIENCE
+    while True:
+        at = scene.box(box)
+        pose = pilot.pose
+        space = FreeSpace(scene, around())
+        for point in staging_points(scene, box, (at.x, at.y), heading, coarse):
+            if space.path((pose.x, pose.y), point) is not None:
+                break
+        else:
+            # Another robot may be about to leave; what stands still will not.
+            if scene.time >= until or not around().robots:
+                return "no staging pose"
+            if (reason := (yield from pilot.wait(1.0))) != "done":
+                return reason
+            continue
+        reason = yield from pilot.go(point, around, STAGING_SPEED, 0.03, arrived)
+        if reason in ("blocked", "no way", "stuck"):
+            return "no staging pose" if reason == "no way" else reason
+        if reason != "done":
+            return reason
+        if not coarse:
+            return (yield from pilot.turn_to(heading))
+        off = wrap(pilot.pose.yaw - heading)
+        if abs(off) > COARSE_HEADING - 0.05:
+            wanted = heading + math.copysign(COARSE_HEADING - 0.1, off)
+            return (yield from pilot.turn_to(wanted, 0.05))
+        return "done"
+
+
+def coarsely_staged(pilot: Pilot, box: int, heading: float, any_heading: bool = False) -> bool:
+    """Whether a robot stands where a coarse handover may happen."""
+    pose, at = pilot.pose, pilot.scene.box(box)
+    distance = math.dist(pose[:2], at[:2])
+    bearing = wrap(math.atan2(at.y - pose.y, at.x - pose.x) - heading)
+    if not COARSE_NEAR <= distance <= COARSE_FAR or abs(bearing) > COARSE_BEARING:
+        return False
+    return any_heading or abs(wrap(pose.yaw - heading)) <= COARSE_HEADING
+
+
+def in_place(pilot: Pilot, box: int, heading: float) -> bool:
+    """Whether a robot already stands at the box's face and can push on without staging."""
+    pose, at = pilot.pose, pilot.scene.box(box)
+    ahead, aside = in_frame(pose, at.x, at.y)
+    contact = pilot.scene.boxes[box].length / 2 + BUMPER
+    return (
+        abs(wrap(pose.yaw - heading)) < 0.25
+        and abs(face_for(at, heading).mismatch) < MAX_MISMATCH
+        and -0.05 < ahead - contact < 0.10
+        and abs(aside) < 0.12
+    )
+
+
+def stage(
+    scene: Scene,
+    robot: int,
+    box: int,
+    heading: float,
+    obstacles: Obstacles,
+    *,
+    coarse: bool = False,
+    log: Log = ignore,
+    limit: float = 60.0,
+) -> Manoeuvre:
+    """The manoeuvre that brings a robot behind a box; see `stage_part`.
+
+    Returns:
+        A manoeuvre that ends with `"done"`, `"no staging pose"`, `"blocked"` (by another robot),
+        `"stuck"`, `"timeout"`, or a fault of the robot.
+    """
+    pilot = Pilot(scene, robot, log, limit)
+    try:
+        reason = yield from stage_part(pilot, box, heading, obstacles, coarse=coarse)
+    finally:
+        pilot.flush()
+    return ManoeuvreResult(reason == "done", reason, pilot.seconds)
