@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 if TYPE_CHECKING:
     from colonysim.randomness import Streams
     from colonysim.world.intents import Intent, Outcome
-    from colonysim.world.state import World
+    from colonysim.world.state import Place, World
 
 __all__ = ["Backend", "Done", "Finished", "TraceRow"]
 
@@ -41,10 +41,14 @@ class Backend(Protocol):
     way at a time. Whatever goes wrong is an outcome with a reason, never an exception and never a hang.
 
     Attributes:
+        name: As results and traces call it.
         tick: Control period in simulated seconds, or None for a backend that answers every `start` at once.
+        edge_seconds: Typical simulated seconds of a travelled edge, known after `reset`: the unit of patience.
     """
 
+    name: str
     tick: float | None
+    edge_seconds: float
 
     def reset(self, world: World, streams: Streams) -> None:
         """Begins an episode: everything stands where `world` says; randomness only from `streams`."""
@@ -54,8 +58,11 @@ class Backend(Protocol):
         """The chance, 0 to 1, that `agent` can push `box` to each of the neighbouring `targets`."""
         ...
 
-    def footprint(self, agent: int, intent: Intent) -> frozenset[int]:
-        """The nodes that the manoeuvre needs besides the agent's own; all are reserved or none."""
+    def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
+        """What the manoeuvre needs besides the agent's own node: nodes, and edges (i, j), i < j, that it sweeps over.
+
+        All of it is reserved, or nothing is and the agent waits.
+        """
         ...
 
     def start(self, agent: int, intent: Intent, now: float) -> Done | None:

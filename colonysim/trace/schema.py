@@ -6,11 +6,9 @@ number of their node. -1 stands for "none" in every integer column.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, Protocol, TypeAlias
 
 __all__ = ["TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink", "Table"]
-
-from typing import Protocol
 
 VERSION = 1
 
@@ -24,17 +22,19 @@ class Event(NamedTuple):
     Attributes:
         episode: Counted from 1.
         time: Simulated seconds since the episode's start.
-        kind: "start" (an agent stands on its first node), "begin" (an action was begun), "end" (it ended), "wait",
+        kind: "start" (an agent stands on its first node), "end" (an action ended), "wait" (an agent began to wait),
             "goal" (the agent reached the goal and left), "spent" (max_steps used up), "lost", "episode" (it ended).
         agent: Which agent.
         action: "travel", "push", "take" (the first step of a push: onto the box's node) or "wait"; else empty.
-        node: Where the agent is.
-        target: Where the action leads.
+        node: Where the agent is; at an "end", where the action began.
+        target: Where the action led, or was meant to lead.
         box: Which box.
         hole: Node of the hole the box is meant for.
         status: "arrived", "blocked", "failed"; for kind "episode" the way it ended.
         reason: Why it did not arrive.
         step: Steps the agent has begun so far.
+        began: At an "end", the simulated second at which the action began; else equal to `time`.
+        now_at: At an "end", the node the agent now belongs to; else equal to `node`.
     """
 
     episode: int
@@ -49,6 +49,8 @@ class Event(NamedTuple):
     status: str = ""
     reason: str = ""
     step: int = 0
+    began: float = 0.0
+    now_at: int = -1
 
 
 class Decision(NamedTuple):
@@ -113,6 +115,7 @@ TABLES: dict[Table, dict[str, Column]] = {
     "events": {
         "episode": "int", "time": "float", "kind": "text", "agent": "int", "action": "text", "node": "int",
         "target": "int", "box": "int", "hole": "int", "status": "text", "reason": "text", "step": "int",
+        "began": "float", "now_at": "int",
     },
     "decisions": {
         "episode": "int", "time": "float", "agent": "int", "node": "int", "explored": "bool", "chosen": "int",

@@ -1,0 +1,107 @@
+"""The node world: agents and boxes jump along the graph, each edge in its own time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.backends.protocol import Done
+from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from colonysim.backends.protocol import Finished, TraceRow
+    from colonysim.randomness import Streams
+    from colonysim.world.intents import Intent
+    from colonysim.world.state import Place, World
+
+__all__ = ["NodeWorld"]
+
+NOWHERE: frozenset[Place] = frozenset()
+
+
+class NodeWorld:
+    """Answers every action at once with the time it takes; nothing fails that the place allows.
+
+    Durations come from the scenario's `timing:`, so that measured ones can be given.
+    """
+
+    name = "nodeworld"
+    tick = None
+
+    def __init__(self) -> None:
+        self.edge_seconds = 1.0
+        self._world: World | None = None
+
+    def reset(self, world: World, streams: Streams) -> None:
+        """Begins an episode."""
+        timing = world.scenario.timing
+        self._world = world
+        self._timing = timing
+        self._random = streams.generator("timing").random
+        self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
+
+    def _seconds(self, i: int, j: int, pushed: bool) -> float:
+        timing = self._timing
+        measured = (timing.pushes if pushed else timing.travels).get((i, j))
+        if measured is None:
+            world = self._world
+            length = world.topology.length(i, j) if world else 0.0
+            measured = (
+                timing.push_fixed + timing.push * length if pushed else timing.travel_fixed + timing.travel * length
+            )
+        return measured * (1.0 + timing.jitter * (2.0 * self._random() - 1.0)) if timing.jitter else measured
+
+    def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
+        """1 for each push that the place allows, else 0."""
+        world = self._world
+        if world is None:
+            return [0.0] * len(targets)
+        at, base = world.box_node[box], world.box_base[box]
+        return [1.0 if world.can_slide(base, at, j) else 0.0 for j in targets]
+
+    def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
+        """The target alone."""
+        return frozenset((intent.node,)) if isinstance(intent, Travel | Push) else NOWHERE
+
+    def start(self, agent: int, intent: Intent, now: float) -> Done | None:
+        """How long it takes and where everything is then."""
+        world = self._world
+        if world is None:
+            return Done(0.0, Outcome("failed", -1, reason="closed"))
+        at = world.agent_node[agent]
+        if not isinstance(intent, Travel | Push) or intent.node not in world.topology.neighbours[at]:
+            return Done(0.0, Outcome("blocked", at, reason="no such move"))
+        node = intent.node
+        if isinstance(intent, Travel):
+            if not world.passable(world.level(agent), at, node):
+                return Done(0.0, Outcome("blocked", at, reason="unreachable"))
+            return Done(self._seconds(at, node, False), Outcome("arrived", node))
+        box, stands = intent.box, world.box_node[intent.box]
+        if stands == node:
+            if not world.graspable(agent, box, world.level(agent), at):
+                return Done(0.0, Outcome("blocked", at, reason="out of reach"))
+            return Done(self._seconds(at, node, False), Outcome("arrived", node))
+        base = world.box_base[box]
+        if stands != at or world.top_box(at) != box or not world.can_slide(base, at, node):
+            return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
+        pusher = at if world.falls(base, at, node) else node
+        return Done(self._seconds(at, node, True), Outcome("arrived", pusher, (BoxPlace(box, node),)))
+
+    def advance(self, now: float) -> Sequence[Finished]:
+        """Nothing is ever pending."""
+        return ()
+
+    def cancel(self, agent: int) -> None:
+        """Nothing is ever pending."""
+
+    def leave(self, agent: int) -> None:
+        """There is no body to take away."""
+
+    def rows(self) -> Iterable[TraceRow]:
+        """There are no poses."""
+        return ()
+
+    def close(self) -> None:
+        """Lets go of the world."""
+        self._world = None

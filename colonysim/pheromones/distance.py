@@ -1,0 +1,130 @@
+"""The distance pheromone D: how near a node is to the goal (paper Section 3.3.1, Algorithm 2)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from colonysim.pheromones.field import Write
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from colonysim.pheromones.field import Visit
+    from colonysim.world.state import World
+
+__all__ = ["Distance", "extent"]
+
+
+def extent(world: World) -> float:
+    """The Euclidean distance from the goal to the node farthest from it, graph units."""
+    goal = world.scenario.goal
+    return max((world.topology.distance(i, goal) for i in range(len(world.topology))), default=0.0)
+
+
+class Distance:
+    """D = d_max - d, where d is a node's distance to the goal as far as its visitors know.
+
+    Args:
+        world: The world whose nodes are marked.
+        rule: "lrta": d is the minimum of edge + d over all reachable neighbours, as in LRTA*. "literal": over
+            official neighbours only, else the Euclidean distance, as Algorithm 2 prints it.
+        d_max: The paper's maximum distance; D never falls below 0.
+        unvisited: What D of a node is that nobody has visited: "straight", d_max less its Euclidean distance, or
+            "zero".
+        everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it: global value iteration, a
+            yardstick and no local rule.
+
+    Attributes:
+        d: Distance of each node; its Euclidean distance to the goal until somebody has been there.
+        official: Whether a node's distance was found along a path from the goal.
+    """
+
+    name = "D"
+    by_box = False
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        d_max: float,
+        rule: Literal["lrta", "literal"] = "lrta",
+        unvisited: Literal["straight", "zero"] = "straight",
+        everywhere: bool = False,
+    ) -> None:
+        self._world = world
+        self._lrta = rule == "lrta"
+        self._everywhere = everywhere
+        self._blank = unvisited == "zero"
+        self.d_max = d_max
+        goal, topology = world.scenario.goal, world.topology
+        self._goal = goal
+        self._straight = [topology.distance(i, goal) for i in range(len(topology))]
+        self.d = list(self._straight)
+        self.official = [False] * len(topology)
+        self._visited: dict[int, None] = {}
+
+    def at(self, node: int, key: int = -1) -> float:
+        """D of a node; of an unvisited one, d_max less its Euclidean distance to the goal, or 0."""
+        if self._blank and node not in self._visited:
+            return 0.0
+        value = self.d_max - self.d[node]
+        return value if value > 0.0 else 0.0
+
+    def keys(self, node: int) -> Sequence[int]:
+        """None: one value a node."""
+        return ()
+
+    def deposit(self, visit: Visit) -> Sequence[Write]:
+        """Algorithm 2 on the visited node."""
+        if visit.moment == "claim":
+            return ()
+        node = visit.node
+        self._update(node, visit.level)
+        if self._everywhere:
+            return [Write(node, -1, self.at(node)), *self._sweep(node)]
+        return (Write(node, -1, self.at(node)),)
+
+    def _sweep(self, done: int) -> list[Write]:
+        writes = []
+        for node, surface in enumerate(self._world.surface):
+            if node != done:
+                before = self.d[node]
+                self._update(node, surface)
+                if self.d[node] != before:
+                    writes.append(Write(node, -1, self.at(node)))
+        return writes
+
+    def _update(self, node: int, level: float) -> None:
+        self._visited[node] = None
+        if node == self._goal:
+            self.d[node] = 0.0
+            self.official[node] = True
+            return
+        world, d, official = self._world, self.d, self.official
+        topology = world.topology
+        best = best_official = float("inf")
+        for j, length in zip(topology.neighbours[node], topology.lengths[node], strict=True):
+            if world.passable(level, node, j):
+                through = d[j] + length
+                if through < best:
+                    best = through
+                if official[j] and through < best_official:
+                    best_official = through
+        if best_official < float("inf"):
+            official[node] = True
+        value = best if self._lrta else best_official
+        d[node] = value if value < float("inf") else self._straight[node]
+
+    def end_episode(self) -> None:
+        """Distances outlive the episode: the place is the same."""
+
+    def frame(self) -> Iterable[Write]:
+        """D of every node that was visited."""
+        return [Write(node, -1, self.at(node)) for node in sorted(self._visited)]
+
+    def load(self, frame: Iterable[Write]) -> None:
+        """Takes over distances; a node whose d is not the straight one counts as official."""
+        for node, _, value in frame:
+            self._visited[node] = None
+            self.d[node] = self.d_max - value
+            self.official[node] = node == self._goal or abs(self.d[node] - self._straight[node]) > 1e-9

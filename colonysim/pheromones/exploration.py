@@ -1,0 +1,79 @@
+"""The exploration pheromone E: how often a node was visited of late (paper Section 3.3.4, Algorithm 7)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.pheromones.field import Write
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from colonysim.pheromones.field import Visit
+    from colonysim.world.state import World
+
+__all__ = ["Exploration"]
+
+# Below this the lazily applied factor is folded into the stored values, long before it could underflow.
+SMALLEST_SCALE = 1e-100
+
+
+class Exploration:
+    """E counts visits; an episode's end maps every value by E -> a E - b, applied when a value is read.
+
+    Args:
+        world: The world whose nodes are marked.
+        evaporation: What remains of E after an episode, 0 to 1; None to subtract the smallest E instead, as
+            Algorithm 7 prints it.
+        on_wait: Whether an agent that waits deposits too.
+    """
+
+    name = "E"
+    by_box = False
+
+    def __init__(self, world: World, *, evaporation: float | None = 0.5, on_wait: bool = False) -> None:
+        self._world = world
+        self._keep = evaporation
+        self._on_wait = on_wait
+        self._size = len(world.topology)
+        self._stored: dict[int, float] = {}
+        self._scale = 1.0
+        self._shift = 0.0
+
+    def at(self, node: int, key: int = -1) -> float:
+        """E of a node."""
+        return self._stored.get(node, 0.0) * self._scale - self._shift
+
+    def keys(self, node: int) -> Sequence[int]:
+        """None: one value a node."""
+        return ()
+
+    def deposit(self, visit: Visit) -> Sequence[Write]:
+        """E grows by 1 at each visit."""
+        if visit.moment == "claim" or (visit.moment == "wait" and not self._on_wait):
+            return ()
+        node = visit.node
+        self._stored[node] = self._stored.get(node, 0.0) + 1.0 / self._scale
+        return (Write(node, -1, self.at(node)),)
+
+    def end_episode(self) -> None:
+        """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""
+        if self._keep is None:
+            if len(self._stored) == self._size:
+                self._shift = min(self._stored.values()) * self._scale
+        elif self._keep <= 0.0:
+            self._stored.clear()
+        else:
+            self._scale *= self._keep
+            if self._scale < SMALLEST_SCALE:
+                self._stored = {node: value * self._scale for node, value in self._stored.items()}
+                self._scale = 1.0
+
+    def frame(self) -> Iterable[Write]:
+        """E of every node that was visited."""
+        return [Write(node, -1, self.at(node)) for node in sorted(self._stored)]
+
+    def load(self, frame: Iterable[Write]) -> None:
+        """Takes over values."""
+        for node, _, value in frame:
+            self._stored[node] = (value + self._shift) / self._scale

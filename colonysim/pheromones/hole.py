@@ -1,0 +1,143 @@
+"""The hole pheromone H: a trail that grows towards a hole (paper Section 3.3.3, Algorithm 5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from colonysim.exact import exp, log
+from colonysim.pheromones.field import Write
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from colonysim.pheromones.field import Visit
+    from colonysim.world.state import World
+
+__all__ = ["HoleTrail"]
+
+# exp(-700) is the smallest trail that a float can still show; farther than that there is none.
+FARTHEST = 700.0
+
+
+class HoleTrail:
+    """H of each hole at each node, kept as -ln H: a distance, to which evaporation only adds.
+
+    H becomes 1 where the hole is within R, else the larger of its own value and the largest of its reachable
+    neighbours' values times exp(-edge). (The paper's text prints the minimum; its worked example needs the maximum.)
+
+    Args:
+        world: The world whose nodes are marked.
+        evaporation: What remains of H after an episode, 0 to 1; 0 resets it.
+        rule: "max", or "min" for the rule as the text prints it, which overwrites and leaves no trail.
+        everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it.
+    """
+
+    name = "H"
+    by_box = False
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        evaporation: float = 0.5,
+        rule: Literal["max", "min"] = "max",
+        everywhere: bool = False,
+    ) -> None:
+        self._world = world
+        self._keep = evaporation
+        self._printed = rule == "min"
+        self._everywhere = everywhere
+        self._far: dict[int, dict[int, float]] = {}
+        self._aged = 0.0
+
+    def at(self, node: int, key: int = -1) -> float:
+        """H of the hole `key` at a node, 0 where there is no trail."""
+        far = self.farness(node, key)
+        return exp(-far) if far < FARTHEST else 0.0
+
+    def farness(self, node: int, hole: int) -> float:
+        """-ln H: comparisons on it need no exponential, so they are the same on every processor."""
+        trails = self._far.get(node)
+        far = trails.get(hole) if trails else None
+        return far + self._aged if far is not None else float("inf")
+
+    def keys(self, node: int) -> Sequence[int]:
+        """The holes that have a trail at a node, ascending."""
+        return [hole for hole in sorted(self._far.get(node, ())) if self.farness(node, hole) < FARTHEST]
+
+    def deposit(self, visit: Visit) -> Sequence[Write]:
+        """Algorithm 5 on the visited node."""
+        if visit.moment == "claim" or not self._world.scenario.holes:
+            return ()
+        writes = self._update(visit.node, visit.level)
+        if self._everywhere:
+            for node, surface in enumerate(self._world.surface):
+                if node != visit.node:
+                    writes += self._update(node, surface)
+        return writes
+
+    def _update(self, node: int, level: float) -> list[Write]:
+        if self._printed:
+            return self._update_as_printed(node, level)
+        world, aged = self._world, self._aged
+        topology = world.topology
+        trails = self._far.get(node)
+        found: dict[int, float] = dict.fromkeys(world.holes_near(node), 0.0)
+        for j, length in zip(topology.neighbours[node], topology.lengths[node], strict=True):
+            theirs = self._far.get(j)
+            if theirs and world.passable(level, node, j):
+                for hole, far in theirs.items():
+                    through = far + aged + length
+                    if through < found.get(hole, FARTHEST):
+                        found[hole] = through
+        writes = []
+        for hole, far in found.items():
+            if trails is None:
+                trails = self._far[node] = {}
+            if far < trails.get(hole, float("inf")) + aged:
+                trails[hole] = far - aged
+                writes.append(Write(node, hole, exp(-far)))
+        return writes
+
+    def _update_as_printed(self, node: int, level: float) -> list[Write]:
+        """The minimum over the neighbours, the exponent's sign mended; a neighbour without a trail counts 0."""
+        world = self._world
+        topology = world.topology
+        ways = [
+            (j, length)
+            for j, length in zip(topology.neighbours[node], topology.lengths[node], strict=True)
+            if world.passable(level, node, j)
+        ]
+        writes = []
+        for hole in range(len(world.scenario.holes)):
+            far = max((self.farness(j, hole) + length for j, length in ways), default=float("inf"))
+            trails = self._far.setdefault(node, {})
+            if far < FARTHEST:
+                trails[hole] = far - self._aged
+                writes.append(Write(node, hole, exp(-far)))
+            else:
+                trails.pop(hole, None)
+        return writes
+
+    def end_episode(self) -> None:
+        """Evaporates every trail, or resets it."""
+        if self._keep <= 0.0:
+            self._far.clear()
+            self._aged = 0.0
+        elif self._keep < 1.0:
+            self._aged -= log(self._keep)
+
+    def frame(self) -> Iterable[Write]:
+        """H of every hole at every node where there is a trail."""
+        return [
+            Write(node, hole, self.at(node, hole))
+            for node in sorted(self._far)
+            for hole in sorted(self._far[node])
+            if self.at(node, hole) > 0.0
+        ]
+
+    def load(self, frame: Iterable[Write]) -> None:
+        """Takes over trails."""
+        for node, hole, value in frame:
+            if value > 0.0:
+                self._far.setdefault(node, {})[hole] = -log(value) - self._aged

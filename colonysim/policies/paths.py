@@ -1,0 +1,74 @@
+"""Shortest ways within what an agent sees: to the nearest box, and for a box to a hole."""
+
+from __future__ import annotations
+
+import heapq
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from colonysim.policies.view import LocalView
+
+__all__ = ["nearest_box", "way_to_hole"]
+
+
+def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, int] | None:
+    """The closest box by path that the agent could hold (paper Algorithm 4).
+
+    Args:
+        view: What the agent sees.
+        shunned: Boxes to leave out.
+
+    Returns:
+        The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
+    """
+    at: dict[int, int] = {}
+    for box in view.boxes():
+        if box not in shunned and view.on_top(box):
+            at[view.box_node(box)] = box
+    if not at:
+        return None
+    start = view.node
+    queue: list[tuple[float, int, int, int]] = [(0.0, start, -1, -1)]
+    done: set[int] = set()
+    while queue:
+        far, node, first, box = heapq.heappop(queue)
+        if box >= 0:
+            return box, first
+        if node in done:
+            continue
+        done.add(node)
+        if node == start and start in at and view.graspable_from(start, at[start]):
+            return at[start], start
+        for j, length in view.ways(node):
+            step = j if node == start else first
+            if j in at and view.graspable_from(node, at[j]):
+                heapq.heappush(queue, (far + length, j, step, at[j]))
+            if j not in done and (view.passable(j) if node == start else view.reachable(node, j)):
+                heapq.heappush(queue, (far + length, j, step, -1))
+    return None
+
+
+def way_to_hole(view: LocalView, box: int, hole: int) -> tuple[float, int] | None:
+    """The shortest way over which a visible box could be pushed into a visible hole.
+
+    Returns:
+        Its length in graph units and its first node, or None if there is none within sight.
+    """
+    start, end = view.box_node(box), view.hole_node(hole)
+    queue: list[tuple[float, int, int]] = [(0.0, start, -1)]
+    done: set[int] = set()
+    while queue:
+        far, node, first = heapq.heappop(queue)
+        if node == end:
+            return (far, first) if first >= 0 else None
+        if node in done:
+            continue
+        done.add(node)
+        for j, length in view.ways(node):
+            if j in done or not view.can_slide(box, node, j):
+                continue
+            if j == end or view.can_follow(box, node, j):
+                heapq.heappush(queue, (far + length, j, first if first >= 0 else j))
+    return None

@@ -1,0 +1,60 @@
+"""What a policy is: it decides from a local view and its own memory, and keeps nothing outside what it returns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    import random
+    from collections.abc import Mapping
+
+    from colonysim.pheromones.field import Field
+    from colonysim.policies.view import LocalView
+    from colonysim.world.intents import Intent
+    from colonysim.world.state import World
+
+__all__ = ["Choice", "Policy"]
+
+
+class Choice(NamedTuple):
+    """A decision, and for the trace what it was taken from.
+
+    Attributes:
+        intent: What the agent wants to do.
+        memory: What it will remember; handed back at its next decision.
+        explored: Whether it followed E instead of D and B.
+        targets: The nodes it could choose from.
+        boxes: For each of them the box meant, or -1.
+        probabilities: For each of them its chance; empty if there was no choice.
+    """
+
+    intent: Intent
+    memory: Any
+    explored: bool = False
+    targets: tuple[int, ...] = ()
+    boxes: tuple[int, ...] = ()
+    probabilities: tuple[float, ...] = ()
+
+
+class Policy(Protocol):
+    """Decides for every agent of a colony; agents differ by memory, view and random stream only.
+
+    A policy is built with the scenario (`Policy(scenario)`) and reads its parameters from it.
+
+    Attributes:
+        name: As results and traces call it.
+    """
+
+    name: str
+
+    def fields(self, world: World) -> Mapping[str, Field]:
+        """The pheromone fields that its agents write and read; built once for a run."""
+        ...
+
+    def begin(self, agent: int, memory: Any) -> Any:
+        """An agent's memory at the start of an episode; `memory` is that of the episode before, None at first."""
+        ...
+
+    def decide(self, view: LocalView, memory: Any, random: random.Random) -> Choice:
+        """What the agent does next."""
+        ...

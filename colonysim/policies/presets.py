@@ -1,0 +1,35 @@
+"""The stigmergic policy under the names of its presets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.policies.settings import settings_for
+from colonysim.policies.stigmergy import Stigmergy
+
+if TYPE_CHECKING:
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["Colony", "Oracle", "Paper"]
+
+
+class Colony(Stigmergy):
+    """The recommended rule set, whatever preset the scenario names."""
+
+    preset = "colony"
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario, settings_for(scenario, self.preset, override=True))
+        self.name = self.preset
+
+
+class Paper(Colony):
+    """The paper with only its contradictions repaired."""
+
+    preset = "paper"
+
+
+class Oracle(Colony):
+    """The colony with D and H updated everywhere at each step: a yardstick that knows what no agent could."""
+
+    preset = "oracle"

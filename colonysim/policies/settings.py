@@ -1,0 +1,133 @@
+"""The parameters of the stigmergic policy and its two presets; each row of docs/readings.md is one of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["PRESETS", "StigmergySettings", "settings_for"]
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+
+
+@dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid"))
+class StigmergySettings:
+    """Parameters of the stigmergic policy; the defaults are the preset `colony`.
+
+    Attributes:
+        beta: Boltzmann constant of every softmax.
+        epsilon: Chance to explore at the start.
+        epsilon_floor: It never decays below this.
+        epsilon_decay: Factor by which it decays.
+        epsilon_per: Whether it decays at each exploratory "choice" or once an "episode".
+        d_max: d_max in units of the farthest node's Euclidean distance to the goal.
+        distance_rule: "lrta" or "literal", see pheromones/distance.py.
+        unvisited: D of an unvisited node: "straight" or "zero".
+        updates: Whether D and H are updated on the "occupied" node only or "everywhere" (the oracle).
+        hole_rule: "max", or "min" as Algorithm 5 is printed.
+        hole_evaporation: What remains of H after an episode.
+        box_decay: B_decay.
+        box_start: B at first, in units of d_max.
+        box_cap: Cap of B in units of d_max; None for none.
+        box_credit: Whether B is raised on "enter" or on "leave" of the hole's node.
+        stack_credit: Whether a crossing credits "all" boxes of a stack or the "top" one.
+        exploration_evaporation: What remains of E after an episode; None subtracts the minimum instead.
+        exploration_on_wait: Whether waiting deposits E.
+        overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
+        candidates_centre: Whether holes count as near from the "box" or from the "agent".
+        collision: "reservation", or "two_node" for Algorithm 8.
+        patience: Waits, in travelled edges' time, after which a carrier drops its box; None for never.
+        ask_to_clear: Whether a waiting carrier asks for its next node to be cleared.
+        feasibility: Least chance at which a push is tried.
+        extra_fields: Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.
+    """
+
+    beta: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 4.0
+    epsilon: Share = 0.2
+    epsilon_floor: Share = 0.01
+    epsilon_decay: Share = 0.8
+    epsilon_per: Literal["choice", "episode"] = "episode"
+    d_max: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 1.5
+    distance_rule: Literal["lrta", "literal"] = "lrta"
+    unvisited: Literal["straight", "zero"] = "straight"
+    updates: Literal["occupied", "everywhere"] = "occupied"
+    hole_rule: Literal["max", "min"] = "max"
+    hole_evaporation: Share = 0.5
+    box_decay: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
+    box_start: Positive = 2.0
+    box_cap: Positive | None = 4.0
+    box_credit: Literal["enter", "leave"] = "leave"
+    stack_credit: Literal["all", "top"] = "all"
+    exploration_evaporation: Share | None = 0.5
+    exploration_on_wait: bool = False
+    overfill: bool = False
+    candidates_centre: Literal["box", "agent"] = "box"
+    collision: Literal["reservation", "two_node"] = "reservation"
+    patience: Positive | None = 5.0
+    ask_to_clear: bool = True
+    feasibility: Share = 0.5
+    extra_fields: tuple[str, ...] = ()
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "colony": {},
+    "paper": {
+        "beta": 1.0,
+        "epsilon_decay": 0.95,
+        "epsilon_per": "choice",
+        "distance_rule": "literal",
+        "hole_evaporation": 0.0,
+        "box_cap": None,
+        "box_credit": "enter",
+        "exploration_evaporation": None,
+        "exploration_on_wait": True,
+        "overfill": True,
+        "collision": "two_node",
+        "patience": None,
+        "ask_to_clear": False,
+    },
+    "oracle": {"updates": "everywhere"},
+}
+
+
+def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool = False) -> StigmergySettings:
+    """The settings that a scenario asks for: its preset, changed by its own parameters.
+
+    Args:
+        scenario: Its `policy:` section holds the parameters.
+        preset: The preset where the scenario names none.
+        override: Whether `preset` holds even if the scenario names another.
+
+    Raises:
+        ScenarioError: A parameter is unknown or out of its range; the message says where and what was expected.
+    """
+    parameters: Mapping[str, Any] = scenario.parameters
+    chosen = preset if override else parameters.get("preset", preset)
+    if chosen not in PRESETS:
+        raise scenario.fault("policy.preset", f"no preset {chosen!r}; expected one of {', '.join(PRESETS)}")
+    names = [field.name for field in dataclasses.fields(StigmergySettings)]
+    values = dict(PRESETS[chosen])
+    for name, value in parameters.items():
+        if name == "preset":
+            continue
+        if name not in names:
+            near = difflib.get_close_matches(name, [*names, "preset"], 1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; expected one of {', '.join(names)}"
+            raise scenario.fault(f"policy.{name}", f"no such parameter{hint}")
+        values[name] = value
+    try:
+        return TypeAdapter(StigmergySettings).validate_python(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = str(first["loc"][0]) if first["loc"] else "policy"
+        raise scenario.fault(f"policy.{name}", f"{first['msg']}, not {first['input']!r}") from None

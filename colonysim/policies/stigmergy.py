@@ -1,0 +1,282 @@
+"""The paper's policy: follow D, B or E by chance, push boxes where H leads (Section 3.4, Algorithm 9)."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
+from colonysim.plugins import field_class
+from colonysim.policies.choice import sample, softmax
+from colonysim.policies.paths import nearest_box, way_to_hole
+from colonysim.policies.policy import Choice
+from colonysim.policies.settings import settings_for
+from colonysim.world.intents import Push, Travel, Wait
+
+if TYPE_CHECKING:
+    import random
+    from collections.abc import Mapping, Sequence
+
+    from colonysim.pheromones.field import Field
+    from colonysim.policies.settings import StigmergySettings
+    from colonysim.policies.view import LocalView
+    from colonysim.world.scenario import Scenario
+    from colonysim.world.state import World
+
+__all__ = ["Memory", "Stigmergy"]
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What an agent remembers from one decision to the next.
+
+    Attributes:
+        epsilon: Its chance to explore.
+        box: The box it is committed to, or -1.
+        hole: The hole (key) which that box is meant for, or -1.
+        shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
+        shunned_at: The node at which it dropped that box.
+    """
+
+    epsilon: float
+    box: int = -1
+    hole: int = -1
+    shunned: int = -1
+    shunned_at: int = -1
+
+
+class Stigmergy:
+    """The stigmergic policy in either of its presets, or with parameters of your own.
+
+    Args:
+        scenario: Its `policy:` section is read, see `StigmergySettings`.
+        settings: Takes the place of the scenario's section if given.
+    """
+
+    def __init__(self, scenario: Scenario, settings: StigmergySettings | None = None) -> None:
+        self.settings = settings or settings_for(scenario)
+        preset = scenario.parameters.get("preset", "colony")
+        self.name = str(preset) if settings is None else "stigmergy"
+        self._goal = scenario.goal
+
+    def fields(self, world: World) -> Mapping[str, Field]:
+        """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry."""
+        s = self.settings
+        d_max = s.d_max * extent(world) or 1.0
+        everywhere = s.updates == "everywhere"
+        own: list[Field] = [
+            Distance(world, d_max=d_max, rule=s.distance_rule, unvisited=s.unvisited, everywhere=everywhere),
+            BoxWorth(
+                world,
+                start=s.box_start * d_max,
+                decay=s.box_decay,
+                cap=s.box_cap * d_max if s.box_cap is not None else float("inf"),
+                credit=s.box_credit,
+                stack=s.stack_credit,
+            ),
+            HoleTrail(world, evaporation=s.hole_evaporation, rule=s.hole_rule, everywhere=everywhere),
+            Exploration(world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait),
+        ]
+        own += [field_class(name)(world) for name in s.extra_fields]
+        return {field.name: field for field in own}
+
+    def begin(self, agent: int, memory: Memory | None) -> Memory:
+        """Nothing is remembered across episodes but the chance to explore."""
+        s = self.settings
+        if memory is None:
+            return Memory(s.epsilon)
+        decay = s.epsilon_decay if s.epsilon_per == "episode" else 1.0
+        return Memory(max(s.epsilon_floor, memory.epsilon * decay))
+
+    def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
+        """Algorithm 9 for one agent."""
+        if memory.shunned >= 0 and view.node != memory.shunned_at:
+            memory = dataclasses.replace(memory, shunned=-1, shunned_at=-1)
+        if memory.box >= 0:
+            carried = self._carry(view, memory)
+            if carried is not None:
+                return carried
+            dropped = memory.box if view.held_box == memory.box else -1
+            memory = Memory(memory.epsilon, shunned=dropped, shunned_at=view.node)
+        return self._choose(view, memory, random)
+
+    # -- with a box ------------------------------------------------------------------------------------------------
+
+    def _carry(self, view: LocalView, memory: Memory) -> Choice | None:
+        """The next push of the box the agent is committed to, a wait, or None to give it up."""
+        box, hole, s = memory.box, memory.hole, self.settings
+        if view.held_box != box:
+            return None
+        node = self._next_push(view, box, hole)
+        if node < 0 or view.feasible(box, (node,))[0] < s.feasibility:
+            return None
+        if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
+            return Choice(Push(box, node, hole), memory)
+        if self._impatient(view):
+            return None
+        seconds = None if s.patience is None else (s.patience - view.waited) * view.edge_seconds
+        return Choice(Wait((node,), seconds, node if s.ask_to_clear else -1), memory)
+
+    def _impatient(self, view: LocalView) -> bool:
+        patience = self.settings.patience
+        return patience is not None and view.waited >= patience - 1e-9
+
+    def _next_push(self, view: LocalView, box: int, hole: int) -> int:
+        """The node to push a visible box to so that it comes nearer to a hole, or -1.
+
+        Within R the shortest way is planned; beyond it the box climbs H.
+        """
+        at = view.box_node(box)
+        if hole in view.holes():
+            if view.hole_node(hole) == at or not self._has_room(view, box, hole):
+                return -1
+            way = way_to_hole(view, box, hole)
+            if way is not None:
+                return way[1]
+        trail = view.fields["H"]
+        best, best_scent = -1, trail.at(at, hole)
+        for j, _ in view.ways(at):
+            if view.can_slide(box, at, j) and view.can_follow(box, at, j):
+                scent = trail.at(j, hole)
+                if scent > best_scent:
+                    best, best_scent = j, scent
+        return best
+
+    def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
+        """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
+        return self.settings.overfill or view.box_height(box) < view.headroom(hole) + view.reach
+
+    def _targets(self, view: LocalView, box: int, from_node: int) -> list[tuple[int, int]]:
+        """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the first node of its way."""
+        s, at = self.settings, view.box_node(box)
+        centre = at if s.candidates_centre == "box" else view.node
+        near = [hole for hole in view.holes() if view.hole_near(hole, centre)]
+        scented: set[int] = set()
+        if at == view.node or at in view.neighbours:
+            trail = view.fields["H"]
+            for j, _ in view.ways(at):
+                if view.can_slide(box, at, j) and view.can_follow(box, at, j):
+                    scented.update(trail.keys(j))
+        found = []
+        for hole in sorted({*near, *scented}):
+            if at == view.node or at in view.neighbours:
+                first = self._next_push(view, box, hole)
+            else:
+                way = way_to_hole(view, box, hole) if self._has_room(view, box, hole) else None
+                first = way[1] if way else -1
+            if first >= 0:
+                found.append((hole, first))
+        if found and at in (view.node, from_node):
+            chances = view.feasible(box, [first for _, first in found])
+            found = [pair for pair, chance in zip(found, chances, strict=True) if chance >= s.feasibility]
+        return found
+
+    # -- without a box ---------------------------------------------------------------------------------------------
+
+    def _choose(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
+        options = [j for j in view.neighbours if view.passable(j) and self._allowed(view, j)]
+        if view.asked_to_clear and options:
+            return self._follow_distance(view, memory, random, options, -1, -1, None)
+        if random.random() < memory.epsilon:
+            return self._explore(view, memory, random, options)
+        return self._exploit(view, memory, random, options)
+
+    def _explore(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
+        """Follows E; the node of a box that could be pushed counts as an option."""
+        s = self.settings
+        targets: dict[int, list[tuple[int, int]]] = {}
+        held: dict[int, int] = {}
+        for box in view.boxes():
+            at = view.box_node(box)
+            if box != memory.shunned and at in view.neighbours and view.graspable_from(view.node, box):
+                found = self._targets(view, box, at) if self._allowed(view, at) else []
+                if found:
+                    targets[at], held[at] = found, box
+        nodes = sorted({*options, *targets})
+        if s.epsilon_per == "choice":
+            memory = dataclasses.replace(memory, epsilon=max(s.epsilon_floor, memory.epsilon * s.epsilon_decay))
+        if not nodes:
+            return Choice(Wait(tuple(view.neighbours)), memory, explored=True)
+        marks = view.fields["E"]
+        chances = softmax([-marks.at(node) for node in nodes], s.beta)
+        chosen = nodes[sample(chances, random)]
+        boxes = tuple(held.get(node, -1) for node in nodes)
+        if chosen in targets:
+            holes = targets[chosen]
+            hole, first = holes[int(random.random() * len(holes))]
+            intent, memory = self._claim(view, memory, held[chosen], hole, first)
+            return Choice(intent, memory, True, tuple(nodes), boxes, tuple(chances))
+        return Choice(Travel(chosen), memory, True, tuple(nodes), boxes, tuple(chances))
+
+    def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
+        """Weighs B of the nearest box against D of the neighbours."""
+        seen = nearest_box(view, (memory.shunned,)) if view.boxes() else None
+        if seen is None:
+            return self._follow_distance(view, memory, random, options, -1, -1, None)
+        box, first = seen
+        if first != view.node and not self._allowed(view, first):
+            return self._follow_distance(view, memory, random, options, -1, -1, None)
+        found = self._targets(view, box, first)
+        if not found:
+            return self._follow_distance(view, memory, random, options, -1, -1, None)
+        worth = view.fields["B"]
+        values = [worth.at(box, hole) for hole, _ in found]
+        pick = sample(softmax(values, self.settings.beta), random) if len(found) > 1 else 0
+        return self._follow_distance(view, memory, random, options, box, first, (values[pick], *found[pick]))
+
+    def _follow_distance(
+        self,
+        view: LocalView,
+        memory: Memory,
+        random: random.Random,
+        options: Sequence[int],
+        box: int,
+        towards: int,
+        target: tuple[float, int, int] | None,
+    ) -> Choice:
+        """One softmax over D of the neighbours and, if there is a box to go for, its B.
+
+        Args:
+            view: What the agent sees.
+            memory: What it remembers.
+            random: Its stream.
+            options: Neighbours it could travel to.
+            box: The box to go for, or -1.
+            towards: The first node on the way to it.
+            target: B of that box, the hole it is meant for, and the first node of the box's way there.
+        """
+        marks = view.fields["D"]
+        values = [marks.at(node) for node in options]
+        nodes, boxes = tuple(options), (-1,) * len(options)
+        if target is not None:
+            values.append(target[0])
+            nodes, boxes = (*nodes, towards), (*boxes, box)
+        if not values:
+            return Choice(Wait(tuple(view.neighbours)), memory)
+        chances = softmax(values, self.settings.beta)
+        i = sample(chances, random)
+        if target is None or i < len(options):
+            return Choice(Travel(nodes[i]), memory, False, nodes, boxes, tuple(chances))
+        _, hole, first = target
+        if view.graspable_from(view.node, box) and view.box_node(box) == towards:
+            intent, memory = self._claim(view, memory, box, hole, first)
+            return Choice(intent, memory, False, nodes, boxes, tuple(chances))
+        return Choice(Travel(towards), memory, False, nodes, boxes, tuple(chances))
+
+    def _claim(
+        self, view: LocalView, memory: Memory, box: int, hole: int, first: int
+    ) -> tuple[Push | Wait, Memory]:
+        """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
+        committed = Memory(memory.epsilon, box, hole)
+        at = view.box_node(box)
+        if at != view.node:
+            return Push(box, at, hole), committed
+        if self._allowed(view, first):
+            return Push(box, first, hole), committed
+        seconds = self.settings.patience
+        return Wait((first,), None if seconds is None else seconds * view.edge_seconds), memory
+
+    def _allowed(self, view: LocalView, node: int) -> bool:
+        """Whether the collision rule lets the agent go to a neighbour (Algorithm 8, or reservations)."""
+        return view.free(node) and not (self.settings.collision == "two_node" and view.crowded(node))

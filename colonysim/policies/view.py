@@ -1,0 +1,257 @@
+"""What an agent may know: a read-only window onto the world, and nothing behind it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.pheromones.field import Field
+    from colonysim.world.intents import Intent
+    from colonysim.world.state import World
+
+__all__ = ["FieldWindow", "LocalView", "OutOfSightError"]
+
+
+class OutOfSightError(LookupError):
+    """A policy asked for something that its agent cannot know."""
+
+
+class FieldWindow:
+    """The part of a pheromone field that an agent can read: its own node, its neighbours, the boxes it sees.
+
+    The neighbours of an adjacent box count too: Algorithm 6 looks at them to find the box's holes.
+    """
+
+    __slots__ = ("_field", "_view")
+
+    def __init__(self, view: LocalView, field: Field) -> None:
+        self._view = view
+        self._field = field
+
+    def at(self, node: int, key: int = -1) -> float:
+        """The value at a node (and key: the hole), or of a box (`node`) and hole (`key`).
+
+        Raises:
+            OutOfSightError: The agent cannot read it from where it stands.
+        """
+        self._check(node)
+        return self._field.at(node, key)
+
+    def keys(self, node: int) -> Sequence[int]:
+        """The keys (holes) that have a value at a node, ascending.
+
+        Raises:
+            OutOfSightError: The agent cannot read it from where it stands.
+        """
+        self._check(node)
+        return self._field.keys(node)
+
+    def _check(self, node: int) -> None:
+        view = self._view
+        if self._field.by_box:
+            view.box_node(node)
+        elif node != view.node and node not in view.neighbours and not view.beside_box(node):
+            raise OutOfSightError(f"{self._field.name} of node {node} cannot be read from node {view.node}")
+
+
+class LocalView:
+    """What one agent may know, answered from the arrays when asked; one object per agent, reused.
+
+    Terrain, holes, boxes and agents within R; D, E and H on its own node and its neighbours; B of the boxes it sees;
+    reservations on its neighbours; the goal's coordinates; what its backend thinks of a push. Everything else raises
+    `OutOfSightError`. All nodes are indices.
+
+    Attributes:
+        agent: The agent's number.
+        fields: The readable part of each pheromone field, by name.
+        radius: The detection radius R, graph units.
+        edge_seconds: Typical simulated seconds of a travelled edge: the unit in which patience is counted.
+        waited: For how many such units the agent has been waiting in a row.
+        refused: What it wanted last and could not begin because the place was taken, or None.
+    """
+
+    __slots__ = (
+        "_backend", "_limit", "_world", "agent", "edge_seconds", "fields", "neighbours", "node", "radius", "refused",
+        "waited",
+    )  # fmt: skip
+
+    def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
+        self._world = world
+        self._backend = backend
+        self.agent = agent
+        self.radius = world.scenario.detection_radius
+        self._limit = self.radius * self.radius
+        self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
+        self.edge_seconds = 1.0
+        self.waited = 0.0
+        self.refused: Intent | None = None
+        self.node = world.agent_node[agent]
+        self.neighbours = world.topology.neighbours[self.node]
+
+    def look(self) -> None:
+        """Brings the window to where the agent now stands; called by the simulation before each decision."""
+        self.node = self._world.agent_node[self.agent]
+        self.neighbours = self._world.topology.neighbours[self.node]
+
+    # -- the place -------------------------------------------------------------------------------------------------
+
+    def sees(self, node: int) -> bool:
+        """Whether a node lies within R or next to the agent."""
+        topology = self._world.topology
+        dx, dy = topology.x[node] - topology.x[self.node], topology.y[node] - topology.y[self.node]
+        return dx * dx + dy * dy <= self._limit or node in self.neighbours
+
+    def _look_at(self, node: int) -> None:
+        if not self.sees(node):
+            raise OutOfSightError(f"node {node} is out of sight from node {self.node}")
+
+    def position(self, node: int) -> tuple[float, float]:
+        """x, y of a node, graph units."""
+        self._look_at(node)
+        return self._world.topology.x[node], self._world.topology.y[node]
+
+    @property
+    def goal_position(self) -> tuple[float, float]:
+        """x, y of the goal, which every agent knows."""
+        goal = self._world.scenario.goal
+        return self._world.topology.x[goal], self._world.topology.y[goal]
+
+    @property
+    def reach(self) -> float:
+        """Two surfaces that differ by less than this are level, graph units."""
+        return self._world.scenario.reach
+
+    @property
+    def lengths(self) -> Sequence[float]:
+        """Lengths of the edges to `neighbours`, in their order."""
+        return self._world.topology.lengths[self.node]
+
+    def ways(self, node: int) -> Sequence[tuple[int, float]]:
+        """The neighbours of a visible node that are visible themselves, with the lengths of the edges."""
+        self._look_at(node)
+        topology = self._world.topology
+        pairs = zip(topology.neighbours[node], topology.lengths[node], strict=True)
+        return [(j, length) for j, length in pairs if self.sees(j)]
+
+    def passable(self, neighbour: int) -> bool:
+        """Whether the agent could travel to a neighbour, as far as the terrain goes."""
+        world = self._world
+        return neighbour in self.neighbours and world.passable(world.level(self.agent), self.node, neighbour)
+
+    def reachable(self, i: int, j: int) -> bool:
+        """Whether the surface of one visible node leads to that of another."""
+        self._look_at(i)
+        self._look_at(j)
+        return self._world.reachable(i, j)
+
+    def free(self, node: int) -> bool:
+        """Whether a neighbour (or the own node) is neither occupied nor reserved by somebody else."""
+        if node != self.node and node not in self.neighbours:
+            raise OutOfSightError(f"reservations on node {node} cannot be seen from node {self.node}")
+        return self._world.free(self.agent, node)
+
+    def occupied(self, node: int) -> bool:
+        """Whether another agent stands on a visible node."""
+        self._look_at(node)
+        return self._world.occupant[node] not in (-1, self.agent)
+
+    def crowded(self, neighbour: int) -> bool:
+        """Whether Algorithm 8 forbids a neighbour: another agent is on it or on a node reachable from it."""
+        world = self._world
+        if world.occupant[neighbour] not in (-1, self.agent):
+            return True
+        return any(
+            world.occupant[k] not in (-1, self.agent) and self.sees(k) and world.reachable(neighbour, k)
+            for k in world.topology.neighbours[neighbour]
+        )
+
+    @property
+    def asked_to_clear(self) -> bool:
+        """Whether a carrier asks for the node the agent stands on."""
+        return self._world.clear_requests.get(self.node, self.agent) != self.agent
+
+    # -- boxes and holes -------------------------------------------------------------------------------------------
+
+    def boxes(self) -> Sequence[int]:
+        """The boxes within R, ascending."""
+        return self._world.boxes_near(self.node)
+
+    def box_node(self, box: int) -> int:
+        """Where a visible box is."""
+        node = self._world.box_node[box]
+        if not self.sees(node):
+            raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
+        return node
+
+    def box_height(self, box: int) -> float:
+        """How high a visible box is, graph units."""
+        self.box_node(box)
+        return self._world.scenario.boxes[box].height
+
+    def on_top(self, box: int) -> bool:
+        """Whether no other box stands on a visible box."""
+        return self._world.top_box(self.box_node(box)) == box
+
+    @property
+    def held_box(self) -> int:
+        """The box that the agent holds and shares the node with, or -1."""
+        box = self._world.agent_box[self.agent]
+        return box if box >= 0 and self._world.box_claim[box] == self.agent else -1
+
+    def beside_box(self, node: int) -> bool:
+        """Whether a node is a neighbour of a box that stands next to the agent or with it."""
+        topology, stacks = self._world.topology, self._world.stacks
+        return any(j in stacks for j in topology.neighbours[node] if j in self.neighbours)
+
+    def graspable_from(self, node: int, box: int) -> bool:
+        """Whether the agent, once on a visible node, could take hold of a box on it or next to it."""
+        world = self._world
+        self.box_node(box)
+        level = world.level(self.agent) if node == self.node else world.surface[node]
+        return world.graspable(self.agent, box, level, node)
+
+    def holes(self) -> Sequence[int]:
+        """The keys of the holes within R, ascending."""
+        return self._world.holes_near(self.node)
+
+    def hole_node(self, hole: int) -> int:
+        """Where a visible hole is."""
+        self._hole(hole)
+        return self._world.scenario.holes[hole].node
+
+    def hole_near(self, hole: int, node: int) -> bool:
+        """Whether a visible hole lies within R of a visible node."""
+        self._hole(hole)
+        return hole in self._world.holes_near(node)
+
+    def headroom(self, hole: int) -> float:
+        """How far the surface in a visible hole lies below its rim, graph units; negative for a hill."""
+        self._hole(hole)
+        seen = self._world.scenario.holes[hole]
+        return seen.rim - self._world.surface[seen.node]
+
+    def _hole(self, hole: int) -> None:
+        if hole not in self._world.holes_near(self.node):
+            raise OutOfSightError(f"hole {hole} is out of sight from node {self.node}")
+
+    def can_slide(self, box: int, i: int, j: int) -> bool:
+        """Whether a visible box could be pushed from a visible node to its neighbour, as far as the terrain goes."""
+        self._look_at(i)
+        self._look_at(j)
+        world = self._world
+        base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
+        return world.can_slide(base, i, j)
+
+    def can_follow(self, box: int, i: int, j: int) -> bool:
+        """Whether a box pushed from `i` to `j` would stay level with its pusher, who then goes with it."""
+        world = self._world
+        base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
+        return world.passable(base, i, j)
+
+    def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
+        """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""
+        self.box_node(box)
+        return self._backend.feasible(self.agent, box, targets)

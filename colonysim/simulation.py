@@ -1,0 +1,506 @@
+"""The discrete-event simulation: the only place that knows SimPy. One process per agent, one clock, one episode."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import simpy
+
+from colonysim import plugins
+from colonysim.errors import ColonysimError
+from colonysim.pheromones.field import Visit, Write
+from colonysim.policies.view import LocalView
+from colonysim.randomness import Streams
+from colonysim.trace.schema import Decision, Deposit, EpisodeResult, Event, Frame
+from colonysim.world.intents import Push, Travel, Wait
+from colonysim.world.state import AgentStatus, World
+
+if TYPE_CHECKING:
+    from colonysim.backends.protocol import Backend
+    from colonysim.pheromones.field import Field, Moment
+    from colonysim.policies.policy import Choice, Policy
+    from colonysim.trace.schema import Sink
+    from colonysim.world.intents import Intent, Outcome
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["MODES", "make_backend", "make_policy", "simulate"]
+
+MODES = ("asynchronous", "synchronous")
+
+
+def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) -> Backend:
+    """The backend called `name`, built with its options; a backend itself is handed back.
+
+    Raises:
+        PluginError: There is no such backend.
+        ColonysimError: It does not know one of the options.
+        MissingExtraError: It needs a package that is not installed.
+    """
+    if not isinstance(name, str):
+        return name
+    factory = plugins.load("backends", name)
+    try:
+        backend: Backend = factory(**dict(options or {}))
+    except TypeError as error:
+        raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
+    return backend
+
+
+def make_policy(policy: str | Policy | Callable[[Scenario], Policy] | None, scenario: Scenario) -> Policy:
+    """The policy called `policy` (or the scenario's own), built for `scenario`; a policy itself is handed back.
+
+    Raises:
+        PluginError: There is no such policy.
+        ScenarioError: The scenario's parameters do not fit it.
+    """
+    if policy is None:
+        policy = scenario.policy
+    if isinstance(policy, str):
+        policy = plugins.load("policies", policy)
+    built: Policy = policy(scenario) if callable(policy) else policy  # type: ignore[assignment]
+    return built
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    backend: str | Backend = "nodeworld",
+    policy: str | Policy | Callable[[Scenario], Policy] | None = None,
+    mode: str | None = None,
+    episodes: int | None = None,
+    seed: int = 0,
+    sink: Sink | None = None,
+    initial: Mapping[str, Iterable[Frame]] | None = None,
+    decisions: bool = True,
+    backend_options: Mapping[str, Any] | None = None,
+) -> Iterator[Event]:
+    """Runs a colony and yields what happens, as it happens.
+
+    Pheromones and the agents' own memories persist over the episodes, everything else starts anew.
+
+    Args:
+        scenario: The colony.
+        backend: Name of a backend, or one.
+        policy: Name of a policy, a factory, or a policy; the scenario's own if None.
+        mode: "asynchronous" or "synchronous"; the scenario's own if None.
+        episodes: How many; the scenario's own number if None.
+        seed: Together with the scenario it makes the run.
+        sink: Takes the rows of all tables of the trace.
+        initial: Pheromones to start with, by field name: the key frames of another run's episode.
+        decisions: Whether the sink also gets the decisions.
+        backend_options: Keyword arguments for a backend given by name.
+
+    Yields:
+        Events in the order of simulated time. An "episode" event closes each episode.
+
+    Raises:
+        ColonysimError: Something that the caller asked for does not exist or does not fit.
+    """
+    mode = mode or scenario.mode
+    if mode not in MODES:
+        raise ColonysimError(f"no mode {mode!r}; expected one of {', '.join(MODES)}")
+    chosen = make_policy(policy, scenario)
+    world = World(scenario)
+    fields = chosen.fields(world)
+    if initial:
+        _load_fields(world, fields, initial)
+    body = make_backend(backend, backend_options)
+    streams = Streams(seed)
+    try:
+        memories: list[Any] = [None] * len(scenario.agents)
+        views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
+        for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
+            world.reset()
+            body.reset(world, streams.within(f"episode/{number}"))
+            memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
+            episode = _Episode(
+                number, world, fields, body, chosen, memories, views, streams.within(f"episode/{number}"), sink,
+                decisions,
+            )  # fmt: skip
+            yield from episode.run(synchronous=mode == "synchronous")
+            for field in fields.values():
+                field.end_episode()
+    finally:
+        body.close()
+
+
+def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str, Iterable[Frame]]) -> None:
+    """Puts another run's key frames into the fields; numbers of the file become indices again."""
+    index = world.topology.index
+    hole_key = {world.topology.ids[hole.node]: key for key, hole in enumerate(world.scenario.holes)}
+    for name, frames in initial.items():
+        field = fields.get(name)
+        if field is None:
+            continue
+        writes = []
+        for frame in frames:
+            node = frame.node if field.by_box else index.get(frame.node, -1)
+            key = hole_key.get(frame.key, -1) if frame.key >= 0 else -1
+            if node < 0 or (frame.key >= 0 and key < 0):
+                raise ColonysimError(f"the other run's {name} speaks of node {frame.node}; this map has no such node")
+            writes.append(Write(node, key, frame.value))
+        field.load(writes)
+
+
+def _trigger(event: simpy.Event) -> None:
+    if not event.triggered:
+        event.succeed()
+
+
+class _Episode:
+    """One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
+
+    def __init__(
+        self,
+        number: int,
+        world: World,
+        fields: Mapping[str, Field],
+        backend: Backend,
+        policy: Policy,
+        memories: list[Any],
+        views: list[LocalView],
+        streams: Streams,
+        sink: Sink | None,
+        decisions: bool,
+    ) -> None:
+        self.number = number
+        self.world = world
+        self.fields = fields
+        self.backend = backend
+        self.policy = policy
+        self.memories = memories
+        self.views = views
+        self.sink = sink
+        self.write = sink.write if sink else None
+        self.decisions = decisions and sink is not None
+        self.env = simpy.Environment()
+        self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
+        self.steps = [0] * len(views)
+        self.finished: set[int] = set()
+        self.last_outcome = 0.0
+        self.stuck = False
+        self.watchers: dict[int, dict[int, None]] = {}
+        self.woken: dict[int, simpy.Event] = {}
+        self.pending: dict[int, simpy.Event] = {}
+        self.clock_wanted: simpy.Event | None = None
+        self.events: list[Event] = []
+        self.visit = Visit()
+        # -1 ("none") must stay -1 when indices become the numbers of the scenario's file.
+        self.names = (*world.topology.ids, -1)
+        self.hole_names = (*(world.topology.ids[hole.node] for hole in world.scenario.holes), -1)
+
+    # -- the episode -----------------------------------------------------------------------------------------------
+
+    def run(self, synchronous: bool) -> Iterator[Event]:
+        """Runs to the episode's end; yields events as they come out."""
+        world, scenario, env = self.world, self.world.scenario, self.env
+        began = time.perf_counter()
+        for view in self.views:
+            view.edge_seconds = self.backend.edge_seconds
+            view.waited, view.refused = 0.0, None
+        for agent, node in enumerate(world.agent_node):
+            self._record("start", agent, node=node)
+            self._deposit("start", agent)
+        if synchronous:
+            env.process(self._ticks())
+        else:
+            for agent in range(len(self.views)):
+                env.process(self._agent(agent))
+        if self.backend.tick is not None:
+            env.process(self._clock(self.backend.tick))
+        ended, now = "", 0.0
+        limit = float("inf") if scenario.time_limit is None else scenario.time_limit
+        while not ended:
+            due = env.peek()
+            if len(self.finished) == len(self.views):
+                ended = self._how_it_ended()
+            elif self.stuck or due == float("inf") or due > self.last_outcome + scenario.stall_seconds:
+                ended = "deadlock"
+            elif due > limit:
+                ended, now = "timeout", limit
+            else:
+                env.step()
+                now = env.now
+            if self.events:
+                yield from self.events
+                self.events.clear()
+        for agent in self.pending:
+            self.backend.cancel(agent)
+        self._drain()
+        yield from self._close(ended, now, time.perf_counter() - began)
+
+    def _how_it_ended(self) -> str:
+        states = set(self.world.agent_status)
+        if states == {AgentStatus.GOAL}:
+            return "goal"
+        return "max_steps" if AgentStatus.SPENT in states else "lost"
+
+    def _close(self, ended: str, now: float, wall: float) -> Iterator[Event]:
+        world = self.world
+        arrived = sum(status is AgentStatus.GOAL for status in world.agent_status)
+        agents = len(world.agent_status)
+        steps = max(self.steps, default=0) if ended == "goal" else world.scenario.max_steps
+        result = EpisodeResult(
+            self.number, steps, arrived / agents if agents else 1.0, ended, now, world.seated(), wall
+        )
+        self._record("episode", status=ended, step=steps)
+        if self.write:
+            for name, field in self.fields.items():
+                for node, key, value in field.frame():
+                    place = node if field.by_box else self.names[node]
+                    self.write("frames", Frame(self.number, name, place, self.hole_names[key], value))
+            self.write("episodes", result)
+        yield from self.events
+        self.events.clear()
+
+    # -- asynchronous: one process per agent -----------------------------------------------------------------------
+
+    def _agent(self, agent: int) -> Generator[simpy.Event, Any, None]:
+        """Look, decide, reserve, act, deposit, until the agent is done."""
+        while not self._done(agent):
+            choice = self._decide(agent)
+            intent = choice.intent
+            if isinstance(intent, Wait):
+                yield from self._wait(agent, intent)
+                continue
+            blockers = self._reserve(agent, intent)
+            if blockers:
+                view = self.views[agent]
+                view.refused = intent
+                yield from self._wait(agent, Wait(tuple(blockers), view.edge_seconds))
+                continue
+            began = self.env.now
+            outcome = yield from self._act(agent, intent)
+            self._settle(agent, intent, outcome, began)
+
+    def _act(self, agent: int, intent: Intent) -> Generator[simpy.Event, Outcome, Outcome]:
+        done = self._start(agent, intent)
+        if done is not None:
+            yield self.env.timeout(done.seconds)
+            return done.outcome
+        event = self.pending[agent] = self.env.event()
+        if self.clock_wanted is not None:
+            _trigger(self.clock_wanted)
+        return (yield event)
+
+    def _wait(self, agent: int, wait: Wait) -> Generator[simpy.Event, Any, None]:
+        """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
+        world, view = self.world, self.views[agent]
+        self._note_wait(agent, wait)
+        event = self.woken[agent] = self.env.event()
+        for node in wait.nodes:
+            self.watchers.setdefault(node, {})[agent] = None
+        # Somebody may ask for the agent's own node to be cleared: that wakes it too.
+        self.watchers.setdefault(view.node, {})[agent] = None
+        if wait.seconds is not None:
+            timer = self.env.timeout(max(wait.seconds, 0.0))
+            timer.callbacks.append(lambda _: _trigger(event))
+        if wait.clear >= 0:
+            world.clear_requests[wait.clear] = agent
+            if world.occupant[wait.clear] >= 0:
+                self._wake((wait.clear,), but=agent)
+        since = self.env.now
+        yield event
+        del self.woken[agent]
+        for node in (*wait.nodes, view.node):
+            self.watchers.get(node, {}).pop(agent, None)
+        if wait.clear >= 0 and world.clear_requests.get(wait.clear) == agent:
+            del world.clear_requests[wait.clear]
+        view.waited += (self.env.now - since) / view.edge_seconds
+
+    def _wake(self, nodes: Iterable[int], but: int = -1) -> None:
+        for node in sorted(nodes):
+            for agent in self.watchers.get(node, ()):
+                event = self.woken.get(agent)
+                if agent != but and event is not None:
+                    _trigger(event)
+
+    # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
+
+    def _ticks(self) -> Generator[simpy.Event, Any, None]:
+        while True:
+            active = [a for a in range(len(self.views)) if a not in self.finished and not self._done(a)]
+            if not active:
+                return
+            choices = {agent: self._decide(agent) for agent in active}
+            began = self.env.now
+            moving: dict[int, Generator[simpy.Event, Outcome, Outcome]] = {}
+            timed = False
+            for agent, choice in choices.items():
+                intent = choice.intent
+                if isinstance(intent, Wait):
+                    timed = timed or intent.seconds is not None
+                    self._tick_waits(agent, intent)
+                elif blockers := self._reserve(agent, intent):
+                    timed = True
+                    self.views[agent].refused = intent
+                    self._tick_waits(agent, Wait(tuple(blockers)))
+                else:
+                    moving[agent] = self._act(agent, intent)
+            if not moving and not timed:
+                self.stuck = True
+                return
+            processes = {agent: self.env.process(act) for agent, act in moving.items()}
+            if processes:
+                yield self.env.all_of(list(processes.values()))
+            else:
+                yield self.env.timeout(self.backend.edge_seconds)
+            self.world.clear_requests.clear()
+            for agent, choice in choices.items():
+                process = processes.get(agent)
+                if process is None:
+                    self.steps[agent] += 1
+                    if isinstance(choice.intent, Wait) and choice.intent.clear >= 0:
+                        self.world.clear_requests[choice.intent.clear] = agent
+                else:
+                    outcome: Outcome = process.value  # type: ignore[assignment]
+                    self._settle(agent, choice.intent, outcome, began)
+
+    def _tick_waits(self, agent: int, wait: Wait) -> None:
+        self._note_wait(agent, wait)
+        self.views[agent].waited += 1.0
+
+    # -- what both modes share -------------------------------------------------------------------------------------
+
+    def _done(self, agent: int) -> bool:
+        """Whether the agent is finished for this episode; lets it leave at the goal."""
+        world = self.world
+        if world.agent_status[agent] is AgentStatus.LOST:
+            self.finished.add(agent)
+            self._record("lost", agent, node=world.agent_node[agent])
+            return True
+        if world.agent_node[agent] == world.scenario.goal:
+            freed = world.release(agent)
+            node = world.leave(agent)
+            self.backend.leave(agent)
+            self.finished.add(agent)
+            self._record("goal", agent, node=node)
+            self._wake({node, *freed})
+            return True
+        if self.steps[agent] >= world.scenario.max_steps:
+            world.spend(agent)
+            self.finished.add(agent)
+            self._record("spent", agent, node=world.agent_node[agent])
+            return True
+        return False
+
+    def _decide(self, agent: int) -> Choice:
+        view = self.views[agent]
+        view.look()
+        choice = self.policy.decide(view, self.memories[agent], self.random[agent])
+        self.memories[agent] = choice.memory
+        if self.decisions and self.write and choice.targets:
+            names, intent = self.names, choice.intent
+            chosen = intent.node if isinstance(intent, Travel | Push) else -1
+            self.write(
+                "decisions",
+                Decision(
+                    self.number, self.env.now, agent, names[view.node], choice.explored, names[chosen],
+                    tuple([names[node] for node in choice.targets]), choice.boxes, choice.probabilities,
+                ),
+            )  # fmt: skip
+        return choice
+
+    def _reserve(self, agent: int, intent: Intent) -> list[int]:
+        """Reserves what the manoeuvre needs, all or none; returns the nodes that stand in the way."""
+        world = self.world
+        places = self.backend.footprint(agent, intent)
+        if world.reserve(agent, places):
+            return []
+        return world.blockers(agent, places)
+
+    def _start(self, agent: int, intent: Intent) -> Any:
+        self.steps[agent] += 1
+        if self.world.begin(agent, intent) and isinstance(intent, Push):
+            self._deposit("claim", agent, intent.box, intent.hole)
+        return self.backend.start(agent, intent, self.env.now)
+
+    def _settle(self, agent: int, intent: Intent, outcome: Outcome, began: float) -> None:
+        """Applies an outcome, deposits, and wakes whoever waited for what it changed."""
+        world, view, now = self.world, self.views[agent], self.env.now
+        origin, before = world.agent_node[agent], world.agent_from[agent]
+        target = intent.node if isinstance(intent, Travel | Push) else -1
+        box, hole, action = -1, -1, "travel"
+        if isinstance(intent, Push):
+            box, hole = intent.box, intent.hole
+            action = "take" if world.box_node[box] == target else "push"
+        changed = world.apply(agent, intent, outcome)
+        view.waited, view.refused = 0.0, None
+        self.last_outcome = now
+        self._record(
+            "end", agent, action, origin, target, box, hole, outcome.status, outcome.reason, began, outcome.node
+        )
+        if outcome.node != origin:
+            self._deposit("arrive", agent, left=origin, before=before)
+        elif not outcome.lost:
+            self._deposit("wait", agent)
+        if self.backend.tick is not None:
+            self._drain()
+        self._wake(changed)
+
+    def _note_wait(self, agent: int, wait: Wait) -> None:
+        self._record("wait", agent, "wait", self.world.agent_node[agent], wait.nodes[0] if wait.nodes else -1)
+        self._deposit("wait", agent)
+
+    def _deposit(
+        self, moment: Moment, agent: int, box: int = -1, hole: int = -1, left: int = -1, before: int = -1
+    ) -> None:
+        world, visit, write = self.world, self.visit, self.write
+        visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
+        visit.level = world.level(agent)
+        visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
+        now = self.env.now
+        for name, field in self.fields.items():
+            writes = field.deposit(visit)
+            if write:
+                for node, key, value in writes:
+                    place = node if field.by_box else self.names[node]
+                    write("deposits", Deposit(self.number, now, name, agent, place, self.hole_names[key], value))
+
+    def _record(
+        self,
+        kind: str,
+        agent: int = -1,
+        action: str = "",
+        node: int = -1,
+        target: int = -1,
+        box: int = -1,
+        hole: int = -1,
+        status: str = "",
+        reason: str = "",
+        began: float | None = None,
+        now_at: int | None = None,
+        step: int | None = None,
+    ) -> None:
+        names, now = self.names, self.env.now
+        if step is None:
+            step = self.steps[agent] if agent >= 0 else 0
+        event = Event(
+            self.number, now, kind, agent, action, names[node], names[target], box, self.hole_names[hole], status,
+            reason, step, now if began is None else began, names[node if now_at is None else now_at],
+        )  # fmt: skip
+        self.events.append(event)
+        if self.write:
+            self.write("events", event)
+
+    # -- a backend with a clock of its own -------------------------------------------------------------------------
+
+    def _clock(self, tick: float) -> Generator[simpy.Event, Any, None]:
+        """Advances the backend while an action is pending; sleeps otherwise."""
+        while True:
+            if not self.pending:
+                self.clock_wanted = self.env.event()
+                yield self.clock_wanted
+                self.clock_wanted = None
+            yield self.env.timeout(tick)
+            for agent, outcome in self.backend.advance(self.env.now):
+                event = self.pending.pop(agent, None)
+                if event is not None:
+                    event.succeed(outcome)
+
+    def _drain(self) -> None:
+        if self.write:
+            for table, row in self.backend.rows():
+                self.write(table, (self.number, *row))  # type: ignore[arg-type]

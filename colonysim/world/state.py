@@ -1,0 +1,336 @@
+"""The state of an episode and the rules of the place. One door for change: `World.apply` and the calls around it."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING, TypeAlias
+
+from colonysim.world.intents import Push
+from colonysim.world.space import Cells
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from colonysim.world.intents import BoxPlace, Intent, Outcome
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["AgentStatus", "Place", "World"]
+
+Place: TypeAlias = int | tuple[int, int]
+"""What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
+
+# Heights are sums of the scenario's numbers: below this they are equal.
+SAME_HEIGHT = 1e-6
+
+
+class AgentStatus(Enum):
+    """What an agent can still do in this episode."""
+
+    ACTIVE = "active"
+    GOAL = "goal"
+    SPENT = "spent"
+    LOST = "lost"
+
+
+class World:
+    """What is, as flat arrays indexed by node, agent or box; -1 stands for "none".
+
+    Everybody may read it; only the simulation calls what changes it.
+
+    Attributes:
+        scenario: What the world was built from.
+        topology: The place itself.
+        surface: Height of each node's surface with the boxes on it.
+        hole_at: Key of the hole at each node, or -1.
+        occupant: The agent whose body is on each node, or -1.
+        stacks: For each node that has boxes, their numbers from bottom to top.
+        box_node: Where each box is.
+        box_base: The height each box's underside stands at.
+        box_claim: The agent that holds each box, or -1.
+        box_stray: Whether each box lies off its node.
+        agent_node: Where each agent is.
+        agent_from: The node each agent came from, or -1.
+        agent_box: The box whose node each agent shares (behind it), or -1.
+        agent_status: What each agent can still do.
+        clear_requests: For a node that a carrier asks to be cleared, the agent that asks.
+    """
+
+    __slots__ = (
+        "_boxes_near", "_hole_cells", "_holes_near", "_held", "_holder", "_holder_of_edge", "agent_box", "agent_from",
+        "agent_node", "agent_status", "box_base", "box_claim", "box_node", "box_stray", "clear_requests", "hole_at",
+        "occupant", "scenario", "stacks", "surface", "topology",
+    )  # fmt: skip
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.topology = scenario.topology
+        size = len(scenario.topology)
+        self.hole_at = [-1] * size
+        self._hole_cells = Cells(scenario.detection_radius, self.topology.x, self.topology.y)
+        for key, hole in enumerate(scenario.holes):
+            self.hole_at[hole.node] = key
+            self._hole_cells.put(key, hole.node)
+        self._holes_near: dict[int, tuple[int, ...]] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Puts everything where the scenario says it starts."""
+        scenario, topology = self.scenario, self.topology
+        size = len(topology)
+        self.surface = list(topology.z)
+        self.occupant = [-1] * size
+        self._holder = [-1] * size
+        self._holder_of_edge: dict[tuple[int, int], int] = {}
+        self._held: list[tuple[Place, ...]] = [()] * len(scenario.agents)
+        self.stacks: dict[int, list[int]] = {}
+        self.box_node = [-1] * len(scenario.boxes)
+        self.box_base = [0.0] * len(scenario.boxes)
+        self.box_claim = [-1] * len(scenario.boxes)
+        self.box_stray = [False] * len(scenario.boxes)
+        self._boxes_near = Cells(scenario.detection_radius, topology.x, topology.y)
+        for box, start in enumerate(scenario.boxes):
+            self._put_box(box, start.node)
+        self.agent_node = list(scenario.agents)
+        self.agent_from = [-1] * len(scenario.agents)
+        self.agent_box = [-1] * len(scenario.agents)
+        self.agent_status = [AgentStatus.ACTIVE] * len(scenario.agents)
+        self.clear_requests: dict[int, int] = {}
+        for agent, node in enumerate(scenario.agents):
+            self.occupant[node] = agent
+
+    # -- the rules of the place ------------------------------------------------------------------------------------
+
+    def level(self, agent: int) -> float:
+        """The height `agent` stands at: its node's surface, or the base of the box it shares the node with."""
+        box = self.agent_box[agent]
+        return self.box_base[box] if box >= 0 else self.surface[self.agent_node[agent]]
+
+    def passable(self, level: float, i: int, j: int) -> bool:
+        """Whether somebody standing at height `level` on `i` can travel to its neighbour `j`.
+
+        The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
+        """
+        rises = self.topology.rises
+        rise = rises.get((i, j), 0.0) if rises else 0.0
+        reach = self.scenario.reach
+        return -reach < self.surface[j] - level - rise < reach
+
+    def reachable(self, i: int, j: int) -> bool:
+        """Whether `j` can be reached from the surface of its neighbour `i`."""
+        return self.passable(self.surface[i], i, j)
+
+    def top_box(self, node: int) -> int:
+        """The topmost box on `node`, or -1."""
+        stack = self.stacks.get(node)
+        return stack[-1] if stack else -1
+
+    def graspable(self, agent: int, box: int, level: float, node: int) -> bool:
+        """Whether `agent`, standing at height `level` on `node`, could hold `box` on that node or a neighbouring one.
+
+        The box must be on top, unclaimed and its base level with the agent.
+        """
+        at = self.box_node[box]
+        if self.stacks[at][-1] != box or self.box_claim[box] not in (-1, agent):
+            return False
+        rises = self.topology.rises
+        rise = rises.get((node, at), 0.0) if rises else 0.0
+        reach = self.scenario.reach
+        return -reach < self.box_base[box] - level - rise < reach
+
+    def can_slide(self, base: float, i: int, j: int) -> bool:
+        """Whether a box whose underside is at height `base` on `i` may be pushed to its neighbour `j`.
+
+        The target's surface may not be above the base, and the scenario may forbid the edge.
+        """
+        if (i, j) in self.scenario.no_push:
+            return False
+        rise = self.topology.rises.get((i, j), 0.0)
+        return self.surface[j] <= base + rise + SAME_HEIGHT
+
+    def falls(self, base: float, i: int, j: int) -> bool:
+        """Whether a box pushed from `i` (underside at `base`) would drop at `j`; its pusher then stays behind."""
+        rise = self.topology.rises.get((i, j), 0.0)
+        return base + rise - self.surface[j] >= self.scenario.reach
+
+    def free(self, agent: int, node: int) -> bool:
+        """Whether nobody but `agent` occupies or has reserved `node`."""
+        return self.occupant[node] in (-1, agent) and self._holder[node] in (-1, agent)
+
+    def holder(self, place: Place) -> int:
+        """The agent that has reserved a node or an edge, or -1."""
+        return self._holder[place] if isinstance(place, int) else self._holder_of_edge.get(place, -1)
+
+    def boxes_near(self, node: int) -> list[int]:
+        """The boxes within the detection radius of `node`, ascending."""
+        return self._boxes_near.near(node)
+
+    def holes_near(self, node: int) -> tuple[int, ...]:
+        """The keys of the holes within the detection radius of `node`, ascending."""
+        near = self._holes_near.get(node)
+        if near is None:
+            near = self._holes_near[node] = tuple(self._hole_cells.near(node))
+        return near
+
+    def seated(self) -> int:
+        """How many boxes lie in a hole."""
+        return sum(len(self.stacks.get(hole.node, ())) for hole in self.scenario.holes)
+
+    # -- reservations ----------------------------------------------------------------------------------------------
+
+    def blockers(self, agent: int, places: Iterable[Place]) -> list[int]:
+        """The nodes whose change could free `places` for `agent`; empty if all are free."""
+        taken = []
+        for place in places:
+            if isinstance(place, int):
+                if not self.free(agent, place):
+                    taken.append(place)
+            elif self._holder_of_edge.get(place, -1) not in (-1, agent):
+                taken.extend(place)
+        return taken
+
+    def reserve(self, agent: int, places: Iterable[Place]) -> bool:
+        """Reserves all of `places` for `agent`, or none of them."""
+        places = tuple(places)
+        if self.blockers(agent, places):
+            return False
+        self._free_held(agent)
+        for place in places:
+            if isinstance(place, int):
+                self._holder[place] = agent
+            else:
+                self._holder_of_edge[place] = agent
+        self._held[agent] = places
+        return True
+
+    def release(self, agent: int) -> list[int]:
+        """Gives up all that `agent` has reserved; returns the nodes concerned."""
+        return self._free_held(agent)
+
+    def _free_held(self, agent: int) -> list[int]:
+        nodes: list[int] = []
+        for place in self._held[agent]:
+            if isinstance(place, int):
+                self._holder[place] = -1
+                nodes.append(place)
+            else:
+                self._holder_of_edge.pop(place, None)
+                nodes.extend(place)
+        self._held[agent] = ()
+        return nodes
+
+    def held(self, agent: int) -> tuple[Place, ...]:
+        """What `agent` has reserved."""
+        return self._held[agent]
+
+    # -- change ----------------------------------------------------------------------------------------------------
+
+    def begin(self, agent: int, intent: Intent) -> bool:
+        """Takes note that `agent` begins `intent`; returns True if it thereby claims a box.
+
+        Any box that it held and does not push is let go.
+        """
+        pushed = intent.box if isinstance(intent, Push) else -1
+        claimed = pushed >= 0 and self.box_claim[pushed] != agent
+        held = self.agent_box[agent]
+        if held >= 0 and held != pushed and self.box_claim[held] == agent:
+            self.box_claim[held] = -1
+        if pushed >= 0:
+            self.box_claim[pushed] = agent
+        return claimed
+
+    def apply(self, agent: int, intent: Intent, outcome: Outcome) -> set[int]:
+        """Writes what an outcome says; returns every node at which something changed."""
+        origin, node = self.agent_node[agent], outcome.node
+        changed = set(self._free_held(agent))
+        for place in outcome.boxes:
+            changed.add(self.box_node[place.box])
+            changed.add(place.node)
+            self._move_box(place)
+        if node != origin:
+            if self.occupant[origin] == agent:
+                self.occupant[origin] = -1
+            self.occupant[node] = agent
+            self.agent_node[agent] = node
+            self.agent_from[agent] = origin
+            changed.add(origin)
+            changed.add(node)
+        if isinstance(intent, Push):
+            self._settle_push(agent, intent, outcome, origin)
+        elif node != origin:
+            self.agent_box[agent] = -1
+        if outcome.lost:
+            self.agent_status[agent] = AgentStatus.LOST
+            if self.agent_box[agent] >= 0:
+                self.box_claim[self.agent_box[agent]] = -1
+        else:
+            self._keep(agent, outcome.keeps)
+        return changed
+
+    def _settle_push(self, agent: int, intent: Push, outcome: Outcome, origin: int) -> None:
+        """After a push: do agent and box still share a node, and is the box still the agent's?"""
+        box = intent.box
+        if self.box_node[box] == outcome.node:
+            self.agent_box[agent] = box
+        else:
+            self.box_claim[box] = -1
+            # A refused first step leaves the agent where it was, perhaps beside another box of its own.
+            if outcome.node != origin or self.agent_box[agent] == box:
+                self.agent_box[agent] = -1
+
+    def _keep(self, agent: int, nodes: tuple[int, ...]) -> None:
+        free = tuple(n for n in nodes if self.free(agent, n))
+        for n in free:
+            self._holder[n] = agent
+        self._held[agent] = free
+
+    def leave(self, agent: int) -> int:
+        """Takes an agent that is at the goal out of the world; returns its node."""
+        node = self.agent_node[agent]
+        if self.occupant[node] == agent:
+            self.occupant[node] = -1
+        self._free_held(agent)
+        box = self.agent_box[agent]
+        if box >= 0 and self.box_claim[box] == agent:
+            self.box_claim[box] = -1
+        self.agent_box[agent] = -1
+        self.agent_status[agent] = AgentStatus.GOAL
+        return node
+
+    def spend(self, agent: int) -> None:
+        """The agent has used up its steps: it stays where it is and lets go of its box."""
+        self.agent_status[agent] = AgentStatus.SPENT
+        box = self.agent_box[agent]
+        if box >= 0 and self.box_claim[box] == agent:
+            self.box_claim[box] = -1
+
+    def _put_box(self, box: int, node: int) -> None:
+        stack = self.stacks.setdefault(node, [])
+        self.box_base[box] = self.surface[node]
+        stack.append(box)
+        self.box_node[box] = node
+        self.surface[node] = self._height(node)
+        self._boxes_near.put(box, node)
+
+    def _move_box(self, place: BoxPlace) -> None:
+        box, node = place.box, place.node
+        self.box_stray[box] = place.stray
+        old = self.box_node[box]
+        if old == node:
+            return
+        stack = self.stacks[old]
+        stack.remove(box)
+        base = self.topology.z[old]
+        for other in stack:
+            self.box_base[other] = base
+            base += self.scenario.boxes[other].height
+        if not stack:
+            del self.stacks[old]
+        self.surface[old] = self._height(old)
+        self._put_box(box, node)
+
+    def _height(self, node: int) -> float:
+        """A node's surface, summed from the bottom each time, so that no rounding error piles up."""
+        height = self.topology.z[node]
+        for box in self.stacks.get(node, ()):
+            height += self.scenario.boxes[box].height
+        return height
