@@ -1,0 +1,157 @@
+"""The manifest of a run: what was run, with which versions, and how far it came."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import TraceError
+from colonysim.trace.schema import VERSION
+
+if TYPE_CHECKING:
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["MANIFEST", "build_manifest", "prepare_directory", "read_manifest", "write_manifest"]
+
+MANIFEST = "manifest.json"
+FORMAT = "colonysim run"
+_PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", "pybullet", "torch")
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """The same value in types that JSON knows."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [_plain(item) for item in (sorted(value) if isinstance(value, (set, frozenset)) else value)]
+    return str(value) if isinstance(value, Path) else value
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def build_manifest(
+    scenario: Scenario,
+    *,
+    backend: str,
+    policy: str,
+    mode: str,
+    episodes: int,
+    seed: int,
+    variant: str | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """The manifest of a run that is about to start (status "running")."""
+    return {
+        "format": FORMAT,
+        "schema": VERSION,
+        "status": "running",
+        "name": scenario.name,
+        "variant": variant,
+        "backend": backend,
+        "policy": policy,
+        "mode": mode,
+        "episodes": episodes,
+        "seed": seed,
+        "options": _plain(options or {}),
+        "started": _now(),
+        "finished": None,
+        "rows": {},
+        "trace_sha256": None,
+        "versions": _versions(),
+        "platform": {
+            "system": platform.system(),
+            "machine": platform.machine(),
+            "implementation": platform.python_implementation(),
+        },
+        "scenario_sha256": scenario.digest,
+        "scenario": _plain(scenario.document),
+    }
+
+
+def finish_manifest(manifest: dict[str, Any], status: str, rows: Mapping[str, int], digest: str) -> None:
+    """Writes down how the run ended; the caller stores the manifest."""
+    manifest.update(status=status, finished=_now(), rows=dict(rows), trace_sha256=digest)
+
+
+def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    """Replaces the manifest in one step.
+
+    Raises:
+        TraceError: It cannot be written.
+    """
+    temporary = directory / f".{MANIFEST}.tmp"
+    try:
+        temporary.write_text(json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+        os.replace(temporary, directory / MANIFEST)  # noqa: PTH105
+    except OSError as error:
+        raise TraceError(f"{directory / MANIFEST}: cannot be written: {error.strerror or error}") from error
+
+
+def read_manifest(directory: Path) -> dict[str, Any]:
+    """The manifest of the run in `directory`.
+
+    Raises:
+        TraceError: There is no such directory, it is not a run's, or a newer version wrote it.
+    """
+    if not directory.is_dir():
+        kind = "is a file, not a run directory" if directory.exists() else "no such run directory"
+        raise TraceError(f"{directory}: {kind}")
+    try:
+        manifest = json.loads((directory / MANIFEST).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise TraceError(f"{directory}: not a run directory (it holds no {MANIFEST})") from None
+    except (OSError, ValueError) as error:
+        raise TraceError(f"{directory / MANIFEST}: cannot be read: {error}") from error
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        raise TraceError(f"{directory}: not a run directory ({MANIFEST} is not that of a {FORMAT})")
+    if not isinstance(manifest.get("schema"), int) or manifest["schema"] > VERSION:
+        raise TraceError(
+            f"{directory}: written by a newer colonysim (trace schema {manifest.get('schema')}, "
+            f"this one reads up to {VERSION}); upgrade with: pip install -U colonysim"
+        )
+    return manifest
+
+
+def prepare_directory(out: Path | None, name: str, variant: str | None, backend: str, seed: int) -> Path:
+    """Makes the directory for a run; without `out`, a new one below `runs/`.
+
+    Raises:
+        TraceError: `out` holds files already, or cannot be made.
+    """
+    try:
+        if out is not None:
+            if out.exists() and (not out.is_dir() or any(out.iterdir())):
+                raise TraceError(f"{out}: exists already and is not empty; a run never overwrites anything")
+            out.mkdir(parents=True, exist_ok=True)
+            return out
+        words = [name, variant or "", backend]
+        stem = "-".join(word for word in (re.sub(r"[^\w.]+", "_", text).strip("_") for text in words) if word)
+        for number in range(1, 1_000_000):
+            path = Path("runs") / f"{stem}-s{seed}-{number}"
+            try:
+                path.mkdir(parents=True)
+            except FileExistsError:
+                continue
+            return path
+    except OSError as error:
+        raise TraceError(f"{error.filename or out}: cannot be made: {error.strerror or error}") from error
+    raise TraceError(f"runs/{stem}-s{seed}: too many runs of this name")

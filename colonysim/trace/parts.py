@@ -1,0 +1,108 @@
+"""Part files: how a table's columns lie on disk, and how they come back."""
+
+from __future__ import annotations
+
+import os
+from array import array
+from itertools import accumulate
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import TraceError
+from colonysim.trace.schema import TABLES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from colonysim.trace.packing import Codes, Packed
+    from colonysim.trace.schema import Table
+
+__all__ = ["read_parts", "table_schema", "write_part"]
+
+
+def _arrow_type(kind: str) -> Any:
+    import pyarrow as pa
+
+    types = {"int": pa.int64(), "float": pa.float64(), "text": pa.string(), "bool": pa.bool_()}
+    lists = {"ints": pa.list_(pa.int64()), "floats": pa.list_(pa.float64())}
+    return (types | lists)[kind]
+
+
+def table_schema(table: Table) -> Any:
+    """The Arrow schema (`pyarrow.Schema`) of a table."""
+    import pyarrow as pa
+
+    return pa.schema([pa.field(name, _arrow_type(kind)) for name, kind in TABLES[table].items()])
+
+
+def _column(part: Packed, codes: Codes) -> Any:
+    import pyarrow as pa
+
+    buffer = pa.py_buffer(part.values)
+    count = len(part.values)
+    if part.kind == "int":
+        return pa.Array.from_buffers(pa.int64(), count, [None, buffer])
+    if part.kind == "float":
+        return pa.Array.from_buffers(pa.float64(), count, [None, buffer])
+    if part.kind == "bool":
+        return pa.Array.from_buffers(pa.int8(), count, [None, buffer]).cast(pa.bool_())
+    if part.kind == "text":
+        indices = pa.Array.from_buffers(pa.int64(), count, [None, buffer]).cast(pa.int32())
+        return pa.DictionaryArray.from_arrays(indices, pa.array(list(codes), type=pa.string()))
+    kind = pa.int64() if part.kind == "ints" else pa.float64()
+    values = pa.Array.from_buffers(kind, count, [None, buffer])
+    offsets = array("i", accumulate(part.sizes or (), initial=0))
+    return pa.ListArray.from_arrays(
+        pa.Array.from_buffers(pa.int32(), len(offsets), [None, pa.py_buffer(offsets)]), values
+    )
+
+
+def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> None:
+    """Writes one part under a temporary name and renames it into place.
+
+    Raises:
+        TraceError: The file cannot be written (disk full, no permission).
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.table({name: _column(part, codes[name]) for name, part in columns.items()})
+    temporary = path.with_name(f".{path.name}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Without the Arrow schema texts come back as plain strings, whatever dictionary wrote them.
+        # Numbers hardly repeat: looking for it (a dictionary) and bounds (statistics) cost more than they save.
+        texts = [name for name, part in columns.items() if part.kind == "text"]
+        pq.write_table(
+            table,
+            temporary,
+            store_schema=False,
+            compression="snappy",
+            use_dictionary=texts,
+            write_statistics=False,
+        )
+        os.replace(temporary, path)  # noqa: PTH105
+    except OSError as error:
+        raise TraceError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def read_parts(directory: Path, table: Table) -> Any:
+    """All rows of a table as one `pyarrow.Table`; files not yet renamed into place are passed over.
+
+    Raises:
+        TraceError: A part is damaged or missing.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    schema = table_schema(table)
+    parts = []
+    for number, path in enumerate(sorted((directory / table).glob("part-*.parquet"))):
+        if path.name != f"part-{number:05d}.parquet":
+            raise TraceError(f"{directory / table}: part-{number:05d}.parquet is missing")
+        try:
+            parts.append(pq.read_table(path).select(schema.names).cast(schema))
+        except (OSError, pa.ArrowException, KeyError) as error:
+            message = f"{path}: damaged part, cannot be read ({str(error).splitlines()[0]})"
+            raise TraceError(message) from error
+    return pa.concat_tables(parts) if parts else schema.empty_table()

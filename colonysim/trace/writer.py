@@ -1,0 +1,159 @@
+"""The sink that turns a simulation's rows into a run directory and one hash."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import TraceError
+from colonysim.trace.manifest import finish_manifest, write_manifest
+from colonysim.trace.packing import TableDigest, trace_sha256
+from colonysim.trace.parts import write_part
+from colonysim.trace.schema import TABLES
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, MutableSequence
+    from pathlib import Path
+    from types import TracebackType
+
+    from colonysim.trace.packing import Packed
+    from colonysim.trace.schema import Table
+
+__all__ = ["TraceWriter"]
+
+#: Rows that become columns at a time: as many as stay in a processor's cache.
+BLOCK = 2048
+
+
+class TraceWriter:
+    """Takes rows, hashes them, and writes them as Parquet parts, each renamed into place.
+
+    Rows wait in a list until there are a few thousand, then become columns and a share of the hash. Columns
+    are written once they hold `rows_per_part` rows, or when an event comes more than a second (or a tenth
+    of the run's time so far) after the last parts: a killed run loses little, and a long one does not end
+    as thousands of small files. The hash does not depend on any of this.
+
+    Args:
+        directory: Where to write; an existing, empty directory. None to hash only.
+        manifest: From `build_manifest`; stored at once as "running", again at the end.
+        drop: Tables that are neither written nor hashed.
+        rows_per_part: Most rows in a part.
+        flush_seconds: Shortest time between two flushes that do not come of a full table, wall clock.
+
+    Example:
+        >>> writer = TraceWriter(None, {})
+        >>> writer.write("controls", (1, 0.5, 0, "script", "travel", 50))
+        >>> len(writer.finish("finished"))
+        64
+    """
+
+    def __init__(
+        self,
+        directory: Path | None,
+        manifest: dict[str, Any],
+        *,
+        drop: Collection[Table] = (),
+        rows_per_part: int = 16384,
+        flush_seconds: float = 1.0,
+    ) -> None:
+        self.directory = directory
+        self.manifest = manifest
+        self._pending: dict[Table, MutableSequence[tuple[object, ...]]] = {}
+        self._digests: dict[Table, TableDigest] = {}
+        self._packed: dict[Table, dict[str, Packed]] = {}
+        self._parts: dict[Table, int] = {}
+        for table in TABLES:
+            if table in drop:
+                self._pending[table] = deque(maxlen=0)  # swallows what it is given
+                continue
+            self._pending[table] = []
+            self._digests[table] = TableDigest(table)
+            self._packed[table] = {}
+            self._parts[table] = 0
+        self._block = min(BLOCK, rows_per_part)
+        self._rows_per_part = rows_per_part
+        self._flush_seconds = flush_seconds
+        self._begun = self._flushed = time.monotonic()
+        self._done = False
+        if directory is not None:
+            write_manifest(directory, manifest)
+
+    def write(self, table: Table, row: tuple[object, ...]) -> None:
+        """Takes one row, in the order of the table's columns."""
+        rows = self._pending[table]
+        rows.append(row)
+        if len(rows) >= self._block:
+            self._pack(table)
+        elif table == "events" or table == "episodes":
+            now = time.monotonic()
+            if now - self._flushed >= max(self._flush_seconds, 0.1 * (now - self._begun)):
+                self.flush()
+
+    def flush(self) -> None:
+        """Writes everything that is still in memory; episodes last, so that a listed one is complete.
+
+        Raises:
+            TraceError: The directory cannot be written to.
+        """
+        for table in self._digests:
+            self._pack(table)
+            self._store(table)
+        self._flushed = time.monotonic()
+
+    def _pack(self, table: Table) -> None:
+        rows = self._pending[table]
+        if not rows:
+            return
+        columns = self._digests[table].add(rows)
+        rows.clear()
+        if self.directory is None:
+            return
+        packed = self._packed[table]
+        for name, column in columns.items():
+            if name in packed:
+                packed[name].extend(column)
+            else:
+                packed[name] = column
+        if packed["episode"].rows >= self._rows_per_part:
+            self._store(table)
+
+    def _store(self, table: Table) -> None:
+        packed = self._packed[table]
+        if not packed or self.directory is None:
+            return
+        name = f"part-{self._parts[table]:05d}.parquet"
+        write_part(self.directory / table / name, packed, self._digests[table].codes)
+        self._parts[table] += 1
+        packed.clear()
+
+    def finish(self, status: str) -> str:
+        """Writes what is left and the final manifest; returns the trace's hash.
+
+        Args:
+            status: "finished", "interrupted" or "failed".
+
+        Raises:
+            TraceError: The directory cannot be written to, or the writer is finished already.
+        """
+        if self._done:
+            raise TraceError("this trace is finished already")
+        self.flush()
+        self._done = True
+        digest = trace_sha256(self._digests.values())
+        finish_manifest(self.manifest, status, {t: d.rows for t, d in self._digests.items()}, digest)
+        if self.directory is not None:
+            write_manifest(self.directory, self.manifest)
+        return digest
+
+    def __enter__(self) -> TraceWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Finishes the run as what it became, unless that was done."""
+        if self._done:
+            return
+        stopped = kind is not None and issubclass(kind, (KeyboardInterrupt, GeneratorExit))
+        self.finish("finished" if kind is None else "interrupted" if stopped else "failed")

@@ -1,0 +1,1 @@
+"""Being here puts `tests/` on the path, so that test modules can share code (`recorded_runs`)."""
