@@ -1,0 +1,99 @@
+"""The eight controls of the paper (its table of controls), each a feedback law for the two wheel speeds.
+
+The paper measures its angle from the robot's left axis; here `b` is the bearing of the reference point,
+zero straight ahead and positive to the left, so the paper's theta is b + pi/2.
+"""
+
+import math
+from enum import IntEnum
+
+from colonysim.physics import MAX_WHEEL_SPEED, WheelSpeeds, wrap
+from colonysim.push.state import State
+
+__all__ = ["CONTROLS", "GAIN_ALIGN", "GAIN_ROTATE", "GAIN_TRAVEL", "Control", "control_speeds"]
+
+GAIN_ROTATE = 3.0
+GAIN_TRAVEL = 2.5
+GAIN_ALIGN = 8.0
+SIDE = 0.6
+"""Points L and R lie this far to the left and right of the box's centre, metres."""
+_NO_LINE = 0.05
+"""With the box this close to the goal, metres, the two no longer define a line."""
+
+
+class Control(IntEnum):
+    """One row of the paper's table of controls."""
+
+    BACK = 0
+    APPROACH = 1
+    ANGLE_BOX = 2
+    ALIGN = 3
+    PUSH_IN = 4
+    PUSH_LEFT = 5
+    PUSH_RIGHT = 6
+    ANGLE_GOAL = 7
+
+
+CONTROLS = len(Control)
+
+
+def control_speeds(control: Control, state: State) -> WheelSpeeds:
+    """Wheel speeds that a control asks for in a state, rad/s, the pair scaled down to at most 8.
+
+    `ANGLE_GOAL` turns on the spot (paper Eq. 5): the equation number in the paper's table is wrong.
+    """
+    match control:
+        case Control.BACK:
+            return WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL)
+        case Control.APPROACH:
+            return _travel(state.x_box, state.y_box)
+        case Control.ANGLE_BOX:
+            return _rotate(state.x_box, state.y_box)
+        case Control.ALIGN:
+            return _align(state)
+        case Control.PUSH_IN:
+            return _travel(state.x_node, state.y_node)
+        case Control.PUSH_LEFT:
+            return _travel(*_side_point(state, SIDE))
+        case Control.PUSH_RIGHT:
+            return _travel(*_side_point(state, -SIDE))
+        case Control.ANGLE_GOAL:
+            return _rotate(state.x_node, state.y_node)
+
+
+def _rotate(x: float, y: float) -> WheelSpeeds:
+    """Paper Eq. 5: turn towards a point. Saturated behind the robot, where the plain sine stalls."""
+    bearing = math.atan2(y, x)
+    turn = math.sin(bearing) if abs(bearing) <= math.pi / 2 else math.copysign(1.0, bearing)
+    return WheelSpeeds(-GAIN_ROTATE * turn, GAIN_ROTATE * turn)
+
+
+def _travel(x: float, y: float, gain: float = GAIN_TRAVEL) -> WheelSpeeds:
+    """Paper Eq. 6: drive to a point; backwards to points behind the robot."""
+    bearing = math.atan2(y, x)
+    left = gain * wrap(math.pi / 2 - bearing)
+    right = gain * wrap(math.pi / 2 + bearing)
+    fastest = max(abs(left), abs(right))
+    if fastest > MAX_WHEEL_SPEED:
+        left, right = left * MAX_WHEEL_SPEED / fastest, right * MAX_WHEEL_SPEED / fastest
+    return WheelSpeeds(left, right)
+
+
+def _align(state: State) -> WheelSpeeds:
+    """Paper Eq. 7: drive to the nearest point of the line through box and goal, slower when close."""
+    dx, dy = state.x_node - state.x_box, state.y_node - state.y_box
+    length = math.hypot(dx, dy)
+    if length < _NO_LINE:
+        dx, dy, length = math.cos(state.yaw_agent), -math.sin(state.yaw_agent), 1.0
+    dx, dy = dx / length, dy / length
+    along = state.x_box * dx + state.y_box * dy
+    x, y = state.x_box - along * dx, state.y_box - along * dy
+    return _travel(x, y, GAIN_ALIGN * min(1.0, math.hypot(x, y)))
+
+
+def _side_point(state: State, side: float) -> tuple[float, float]:
+    """Point L (`side` positive) or R: beside the box, across its heading."""
+    return (
+        state.x_box - side * math.sin(state.yaw_box),
+        state.y_box + side * math.cos(state.yaw_box),
+    )

@@ -1,0 +1,121 @@
+"""The Q network's forward pass in NumPy: running a push needs no learning library."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from colonysim.push.cards import ModelError, load_model
+from colonysim.push.controls import CONTROLS
+from colonysim.push.state import FEATURES, features
+
+__all__ = ["INPUTS", "Inputs", "QNetwork", "encode", "load_network", "random_network"]
+
+Inputs = Literal["state", "line"]
+Float = npt.NDArray[np.float32]
+Layer = tuple[Float, Float]
+
+INPUTS: dict[Inputs, int] = {"state": 9, "line": FEATURES}
+"""Width of the input: the nine numbers of paper Eq. 4 as they are, or in the frame of the push line."""
+
+
+def encode(inputs: Inputs, states: npt.ArrayLike) -> Float:
+    """States (shape (9,) or (n, 9)) as the network wants to see them."""
+    return features(states) if inputs == "line" else np.asarray(states, dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class QNetwork:
+    """A multilayer perceptron with ReLUs; gives one value for each control.
+
+    Attributes:
+        inputs: What the network reads.
+        layers: Weights (outputs x inputs) and biases, first layer first.
+    """
+
+    inputs: Inputs
+    layers: tuple[Layer, ...]
+
+    def values(self, states: npt.ArrayLike) -> Float:
+        """Q of every control.
+
+        Args:
+            states: Shape (9,) or (n, 9), paper Eq. 4.
+
+        Returns:
+            Shape (8,) or (n, 8).
+        """
+        return self.forward(encode(self.inputs, states))
+
+    def forward(self, encoded: Float) -> Float:
+        """Q of every control for states that are encoded already."""
+        hidden = encoded
+        for weights, biases in self.layers[:-1]:
+            hidden = np.maximum(hidden @ weights.T + biases, 0.0)
+        weights, biases = self.layers[-1]
+        result: Float = hidden @ weights.T + biases
+        return result
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """The layers as named arrays."""
+        made: dict[str, npt.NDArray[Any]] = {}
+        for i, (weights, biases) in enumerate(self.layers):
+            made[f"w{i}"], made[f"b{i}"] = weights, biases
+        return made
+
+
+def network_from_arrays(inputs: Inputs, arrays: Mapping[str, npt.NDArray[Any]]) -> QNetwork:
+    """The network that `QNetwork.arrays` gave.
+
+    Raises:
+        ModelError: The arrays do not fit together.
+    """
+    layers: list[Layer] = []
+    width = INPUTS[inputs]
+    while f"w{len(layers)}" in arrays:
+        weights = arrays[f"w{len(layers)}"]
+        biases = arrays.get(f"b{len(layers)}", np.zeros(0))
+        if weights.ndim != 2 or weights.shape[1] != width or biases.shape != weights.shape[:1]:
+            raise ModelError(
+                f"layer {len(layers)} has weights {weights.shape} and biases {biases.shape}, "
+                f"expected (n, {width}) and (n,)"
+            )
+        width = weights.shape[0]
+        layers.append((weights.astype(np.float32), biases.astype(np.float32)))
+    if not layers or width != CONTROLS or len(arrays) != 2 * len(layers):
+        raise ModelError(f"{len(layers)} layers with {width} outputs, expected {CONTROLS} outputs")
+    return QNetwork(inputs, tuple(layers))
+
+
+def load_network(source: str | Path = "push") -> QNetwork:
+    """A shipped network by name, or one by the path of its card.
+
+    Raises:
+        ModelError: It is missing, damaged, or of the wrong shape.
+    """
+    model = load_model(source, "q-network")
+    inputs = model.card.get("inputs")
+    if inputs not in INPUTS:
+        raise ModelError(f"{source}: inputs {inputs!r} are unknown, expected one of {', '.join(INPUTS)}")
+    try:
+        return network_from_arrays(inputs, model.arrays)
+    except ModelError as error:
+        raise ModelError(f"{source}: {error}") from None
+
+
+def random_network(inputs: Inputs, hidden: Sequence[int], rng: np.random.Generator) -> QNetwork:
+    """An untrained network: uniform within 1 / sqrt(fan-in), biases too."""
+    widths = [INPUTS[inputs], *hidden, CONTROLS]
+    layers: list[Layer] = []
+    for i in range(len(widths) - 1):
+        bound = 1 / math.sqrt(widths[i])
+        weights = rng.uniform(-bound, bound, (widths[i + 1], widths[i])).astype(np.float32)
+        biases = rng.uniform(-bound, bound, widths[i + 1]).astype(np.float32)
+        layers.append((weights, biases))
+    return QNetwork(inputs, tuple(layers))
+
+

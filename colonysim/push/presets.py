@@ -1,0 +1,151 @@
+"""Named training configurations: the paper's, and the one that chains."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from colonysim.push.choosing import Testing
+from colonysim.push.judging import PAPER_RULES, Rules
+from colonysim.push.network import Inputs
+from colonysim.push.task import Kind
+
+__all__ = ["PRESETS", "LearnerConfig", "StartMix", "Target", "TrainingConfig"]
+
+Target = Literal["standard", "printed"]
+
+
+@dataclass(frozen=True, slots=True)
+class LearnerConfig:
+    """Parameters of Double DQN.
+
+    Attributes:
+        target: Form of the Double DQN target: `"standard"`, the target network's value at the online network's
+            best control, or `"printed"`, the paper's, which has the two networks exchanged.
+        loss: `"squared"` (paper Alg. 1) or `"huber"`.
+        learning_rate: Adam's rate at the start.
+        learning_rate_end: Adam's rate at the end of training; it falls linearly.
+        gradient_clip: Largest norm of a gradient; None for no limit.
+        target_every: M, updates between two copies of the online to the target network; None: soft.
+        target_share: Share of the online network mixed into the target network at each update, when soft.
+    """
+
+    target: Target = "standard"
+    loss: Literal["squared", "huber"] = "huber"
+    learning_rate: float = 5e-4
+    learning_rate_end: float = 5e-5
+    gradient_clip: float | None = 10.0
+    target_every: int | None = None
+    target_share: float = 0.005
+
+
+@dataclass(frozen=True, slots=True)
+class StartMix:
+    """A share of the episodes that begins in one of the distributions of `starts.json`.
+
+    Attributes:
+        name: The distribution.
+        share: Weight of it.
+        guards: Whether the staged executor's aborts end these episodes; `rl` runs without them.
+    """
+
+    name: str
+    share: float
+    guards: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingConfig:
+    """Everything that makes a trained network, but for the seed.
+
+    Attributes:
+        name: Name of the preset.
+        inputs: What the network reads.
+        hidden: Widths of the hidden layers.
+        learner: Parameters of Double DQN.
+        gamma: Discount of one action.
+        steps: n of the n-step returns.
+        buffer: Capacity of the replay.
+        batch: Transitions of one update (b).
+        explore: First actions, chosen without the network (S).
+        demonstrations: Share of those that the demonstrator chooses; the others are drawn uniformly.
+        update_from: Transitions in the replay before the first update.
+        beta: Boltzmann's beta.
+        epsilon: Chance of a uniform action at the start.
+        epsilon_decay: Epsilon's factor at each uniform action.
+        epsilon_floor: Least epsilon.
+        actions: Training actions in all; None for no limit.
+        episodes: Training episodes in all, those of the exploration not counted; None for no limit.
+        train_block: Training episodes between two tests.
+        test_block: Episodes of a test.
+        testing: How a test chooses.
+        rules: Rules of the episodes.
+        kinds: Weights of the terrains.
+        starts: Where episodes begin.
+        score_blocks: Tests that a network's score is averaged over.
+        candidates: Networks with the best scores that a play-off on tuning seeds decides between.
+        playoff: Episodes per terrain and start of the play-off.
+    """
+
+    name: str
+    inputs: Inputs = "line"
+    hidden: tuple[int, ...] = (200, 200, 200)
+    learner: LearnerConfig = LearnerConfig()
+    gamma: float = 0.985
+    steps: int = 4
+    buffer: int = 100_000
+    batch: int = 128
+    explore: int = 5_000
+    demonstrations: float = 0.7
+    update_from: int = 1_000
+    beta: float = 8.0
+    epsilon: float = 0.15
+    epsilon_decay: float = 0.999
+    epsilon_floor: float = 0.02
+    actions: int | None = 60_000
+    episodes: int | None = None
+    train_block: int = 20
+    test_block: int = 20
+    testing: Testing = "greedy"
+    rules: Rules = Rules()
+    kinds: tuple[tuple[Kind, float], ...] = (("flat", 0.4), ("slope", 0.25), ("hole", 0.35))
+    starts: tuple[StartMix, ...] = (
+        StartMix("push_wide", 0.5, guards=False),
+        StartMix("coarse_wide", 0.35, guards=True),
+        StartMix("fine", 0.15, guards=True),
+    )
+    score_blocks: int = 3
+    candidates: int = 4
+    playoff: int = 50
+
+
+PRESETS: dict[str, TrainingConfig] = {
+    "paper": TrainingConfig(
+        name="paper",
+        inputs="state",
+        learner=LearnerConfig(
+            target="printed",
+            loss="squared",
+            learning_rate=3e-4,
+            learning_rate_end=3e-4,
+            gradient_clip=None,
+            target_every=300,
+        ),
+        gamma=0.975,
+        steps=1,
+        buffer=10_000,
+        explore=1_000,
+        demonstrations=0.0,
+        epsilon=0.2,
+        epsilon_decay=0.995,
+        epsilon_floor=0.0,
+        actions=None,
+        episodes=400,
+        testing="boltzmann",
+        rules=PAPER_RULES,
+        kinds=(("flat", 0.3), ("slope", 0.2), ("hole", 0.5)),
+        starts=(StartMix("push", 1.0, guards=False),),
+        score_blocks=1,
+        candidates=1,
+    ),
+    "improved": TrainingConfig(name="improved"),
+}
+"""`paper` is the text verbatim (epsilon's values are not printed there); `improved` is what is shipped."""

@@ -1,0 +1,182 @@
+"""Where single pushes begin: distributions frozen in `starts.json`, drawn with a seed."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from colonysim.physics import (
+    BUMPER,
+    HALF_WIDTH,
+    BoxSpec,
+    Ground,
+    Pit,
+    Ramp,
+    RobotSpec,
+    Scene,
+    Terrain,
+)
+from colonysim.push.state import PIT_DEPTH
+from colonysim.push.task import Kind, PushTask
+
+__all__ = ["KINDS", "Distribution", "Range", "Start", "distribution", "draw", "start_names"]
+
+KINDS: tuple[Kind, ...] = ("flat", "slope", "hole")
+Range = tuple[float, float]
+_HALF_BOX = 0.5
+_EXTENT = 9.0
+_LANDING = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """One entry of `starts.json`; ranges are uniform, metres and radians.
+
+    Attributes:
+        goal: Distance from the start to the goal node, by terrain.
+        slope_angle: Rise of the slope.
+        slope_margin: Level ground before and after the slope, from the nodes.
+        box_offset: The box's distance from the push line, to the left.
+        box_yaw: The box's yaw against the push line.
+        robot_distance: From the box's centre to the robot.
+        robot_bearing: Angle of the robot's place around the box, 0 straight behind it.
+        robot_heading: The robot's heading, against the direction to the box.
+        clearance: Least gap between the robot's outline and the box.
+    """
+
+    goal: Mapping[Kind, Range]
+    slope_angle: float
+    slope_margin: float
+    box_offset: Range
+    box_yaw: Range
+    robot_distance: Range
+    robot_bearing: Range
+    robot_heading: Range
+    clearance: float
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A push about to begin: everything a scene is built from, and the task."""
+
+    terrain: Terrain
+    box: BoxSpec
+    robot: RobotSpec
+    task: PushTask
+
+    def scene(self) -> Scene:
+        """A fresh scene; rebuilt for every episode, since only that is reproducible bit for bit."""
+        return Scene(self.terrain, [self.box], [self.robot])
+
+
+@cache
+def _entries() -> dict[str, dict[str, object]]:
+    text = files("colonysim.push").joinpath("starts.json").read_text(encoding="utf-8")
+    entries: dict[str, dict[str, object]] = {k: v for k, v in json.loads(text).items() if k != "about"}
+    return entries
+
+
+def start_names() -> tuple[str, ...]:
+    """Names of the distributions."""
+    return tuple(_entries())
+
+
+def distribution(name: str) -> Distribution:
+    """A distribution by its name in `starts.json`.
+
+    Raises:
+        ValueError: There is no such distribution.
+    """
+    if name not in _entries():
+        raise ValueError(f"no start distribution {name!r}; there are {', '.join(start_names())}")
+    entry = _entries()[name]
+
+    def pair(key: str) -> Range:
+        low, high = entry[key]  # type: ignore[misc]
+        return float(low), float(high)
+
+    goal: dict[Kind, Range] = {}
+    ranges = entry["goal"]
+    for kind in KINDS:
+        low, high = ranges[kind]  # type: ignore[index]
+        goal[kind] = (float(low), float(high))
+    return Distribution(
+        goal=goal,
+        slope_angle=float(str(entry["slope_angle"])),
+        slope_margin=float(str(entry["slope_margin"])),
+        box_offset=pair("box_offset"),
+        box_yaw=pair("box_yaw"),
+        robot_distance=pair("robot_distance"),
+        robot_bearing=pair("robot_bearing"),
+        robot_heading=pair("robot_heading"),
+        clearance=float(str(entry["clearance"])),
+    )
+
+
+def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:
+    """Draw the start of one episode; the push line points anywhere in the world.
+
+    Args:
+        kind: The terrain.
+        starts: The distribution.
+        rng: Source of randomness, advanced.
+    """
+    line = float(rng.uniform(-math.pi, math.pi))
+    length = float(rng.uniform(*starts.goal[kind]))
+    goal = (length * math.cos(line), length * math.sin(line))
+    terrain, rim = _terrain(kind, starts, line, length)
+    offset = float(rng.uniform(*starts.box_offset))
+    box = BoxSpec(
+        -offset * math.sin(line), offset * math.cos(line), 0.0, line + float(rng.uniform(*starts.box_yaw))
+    )
+    while True:
+        distance = float(rng.uniform(*starts.robot_distance))
+        toward = line + float(rng.uniform(*starts.robot_bearing))
+        x, y = box.x - distance * math.cos(toward), box.y - distance * math.sin(toward)
+        robot = RobotSpec(x, y, 0.0, toward + float(rng.uniform(*starts.robot_heading)))
+        if _clear(robot, box, starts.clearance):
+            break
+    task = PushTask(0, (0.0, 0.0), goal, kind, rim, 0 if kind == "hole" else None)
+    return Start(terrain, box, robot, task)
+
+
+def _terrain(kind: Kind, starts: Distribution, line: float, length: float) -> tuple[Terrain, float]:
+    """The ground of one episode and the height of the goal."""
+    c, s = math.cos(line), math.sin(line)
+    ground = Ground(-_EXTENT, -_EXTENT, _EXTENT, _EXTENT, 0.0)
+    if kind == "flat":
+        return Terrain((ground,)), 0.0
+    if kind == "hole":
+        return Terrain((ground,), (Pit(length * c, length * s, line, depth=PIT_DEPTH),)), 0.0
+    foot, crest = starts.slope_margin, length - starts.slope_margin
+    rise = (crest - foot) * math.tan(starts.slope_angle)
+    ramp = Ramp(foot * c, foot * s, 0.0, crest * c, crest * s, rise, landing=_LANDING)
+    return Terrain((ground,), ramps=(ramp,)), rise
+
+
+def _clear(robot: RobotSpec, box: BoxSpec, gap: float) -> bool:
+    """Whether two rectangles keep a gap: some side of one of them separates all corners of the other."""
+    mine, other = (robot.x, robot.y, robot.yaw), (box.x, box.y, box.yaw)
+    robot_half, box_half = (BUMPER, HALF_WIDTH), (_HALF_BOX, _HALF_BOX)
+    return _separates(mine, robot_half, other, box_half, gap) or _separates(
+        other, box_half, mine, robot_half, gap
+    )
+
+
+_Placed = tuple[float, float, float]
+
+
+def _separates(one: _Placed, half: Range, other: _Placed, other_half: Range, gap: float) -> bool:
+    turn = other[2] - one[2]
+    c, s = abs(math.cos(turn)), abs(math.sin(turn))
+    dx, dy = other[0] - one[0], other[1] - one[1]
+    along = math.cos(one[2]) * dx + math.sin(one[2]) * dy
+    across = -math.sin(one[2]) * dx + math.cos(one[2]) * dy
+    return (
+        abs(along) >= half[0] + other_half[0] * c + other_half[1] * s + gap
+        or abs(across) >= half[1] + other_half[0] * s + other_half[1] * c + gap
+    )

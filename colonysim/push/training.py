@@ -1,0 +1,369 @@
+"""Training the push (paper Alg. 1): training and testing episodes in turn, the best network kept."""
+
+import dataclasses
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from colonysim import __version__
+from colonysim.errors import MissingExtraError
+from colonysim.push.cards import ModelError, load_arrays, replace_file, save_arrays, save_model
+from colonysim.push.choosing import Choose, boltzmann, network_chooser
+from colonysim.push.controls import CONTROLS, Control
+from colonysim.push.demonstrator import demonstrate
+from colonysim.push.episode import Episode, Step
+from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
+from colonysim.push.presets import PRESETS, StartMix, TrainingConfig
+from colonysim.push.replay import NStep, Replay
+from colonysim.push.seeds import Purpose, episode_rng
+from colonysim.push.starts import KINDS, distribution, draw
+from colonysim.push.state import State
+from colonysim.push.task import Kind
+
+if TYPE_CHECKING:
+    from colonysim.push.dqn import DoubleDQN
+
+__all__ = ["Progress", "Trained", "train_push"]
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a training stands, after a block of training and one of testing episodes.
+
+    Attributes:
+        episodes: Training episodes so far, those of the exploration included.
+        actions: Training actions so far.
+        share: Share of the training done, 0 to 1.
+        reward: Mean reward of the last test.
+        success: Share of successes of the last test.
+        by_kind: The same by terrain (only those that were drawn).
+        epsilon: Chance of a uniform action.
+        loss: Mean loss of the block's updates.
+    """
+
+    episodes: int
+    actions: int
+    share: float
+    reward: float
+    success: float
+    by_kind: Mapping[str, float]
+    epsilon: float
+    loss: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trained:
+    """A finished training.
+
+    Attributes:
+        network: The best network.
+        card: Path of its card.
+        peak_episode: Training episode after which it was best.
+        history: Every test.
+    """
+
+    network: QNetwork
+    card: Path
+    peak_episode: int
+    history: tuple[Progress, ...]
+
+
+@dataclass(slots=True)
+class _Candidate:
+    score: float
+    reward: float
+    episode: int
+    arrays: dict[str, npt.NDArray[Any]]
+
+
+def train_push(
+    config: TrainingConfig | str,
+    out_dir: Path,
+    seed: int,
+    *,
+    resume: bool = False,
+    name: str = "push",
+    on_progress: Callable[[Progress], None] | None = None,
+    stop_after_blocks: int | None = None,
+) -> Trained | None:
+    """Train a push and write `<name>.npz` with its card, `history.json` and a checkpoint to `out_dir`.
+
+    Args:
+        config: A configuration, or the name of a preset.
+        out_dir: Where to write; created.
+        seed: Makes the run: the same seed gives the same network on the same machine.
+        resume: Go on from the checkpoint in `out_dir`, if there is one; the result is that of an unbroken run.
+        name: Name of the model.
+        on_progress: Called after each test.
+        stop_after_blocks: Leave after this many blocks (training and test), as an interruption would.
+
+    Returns:
+        The trained network, or None when it was left early.
+
+    Raises:
+        MissingExtraError: torch is not installed.
+        ModelError: The checkpoint belongs to another configuration or seed.
+        ValueError: There is no such preset.
+    """
+    if isinstance(config, str):
+        if config not in PRESETS:
+            raise ValueError(f"no preset {config!r}; there are {', '.join(PRESETS)}")
+        config = PRESETS[config]
+    run = _Run(config, Path(out_dir), seed)
+    if resume:
+        run.restore()
+    blocks = 0
+    while not run.finished:
+        if stop_after_blocks is not None and blocks >= stop_after_blocks:
+            return None
+        run.block()
+        run.save()
+        blocks += 1
+        if on_progress is not None:
+            on_progress(run.history[-1])
+    return run.finish(name)
+
+
+class _Run:
+    """The state of one training between two blocks."""
+
+    def __init__(self, config: TrainingConfig, folder: Path, seed: int) -> None:
+        self.config, self.folder, self.seed = config, folder, seed
+        self.rng = episode_rng(Purpose.LEARNER, seed)
+        start = random_network(config.inputs, config.hidden, self.rng)
+        self.learner = _learner(start, config)
+        self.replay = Replay(config.buffer, INPUTS[config.inputs])
+        self.epsilon = config.epsilon
+        self.episodes = self.actions = self.tests = self.counted = 0
+        self.history: list[Progress] = []
+        self.candidates: list[_Candidate] = []
+        self._losses: list[float] = []
+
+    @property
+    def share(self) -> float:
+        config = self.config
+        shares = [0.0]
+        if config.actions is not None:
+            shares.append(self.actions / config.actions)
+        if config.episodes is not None:
+            shares.append(self.counted / config.episodes)
+        return max(shares)
+
+    @property
+    def finished(self) -> bool:
+        return self.share >= 1.0
+
+    def block(self) -> None:
+        """Training episodes, then a test."""
+        config = self.config
+        self._losses.clear()
+        for _ in range(config.train_block):
+            self._train_episode()
+        rewards: list[float] = []
+        won: dict[str, list[float]] = {kind: [] for kind in KINDS}
+        for _ in range(config.test_block):
+            rng = episode_rng(Purpose.TEST, self.seed, self.tests)
+            self.tests += 1
+            kind, mix = self._draw(rng)
+            choose = network_chooser(self.learner.network, rng, config.testing, config.beta)
+            gained, success = play(kind, mix, config, choose, rng)
+            rewards.append(gained)
+            won[kind].append(float(success))
+        everything = [w for some in won.values() for w in some]
+        self.history.append(
+            Progress(
+                self.episodes,
+                self.actions,
+                min(1.0, self.share),
+                float(np.mean(rewards)),
+                float(np.mean(everything)),
+                {kind: float(np.mean(some)) for kind, some in won.items() if some},
+                self.epsilon,
+                float(np.mean(self._losses)) if self._losses else 0.0,
+            )
+        )
+        if self.actions > config.explore:
+            self._consider()
+
+    def _consider(self) -> None:
+        """Keep the network if its score is among the best."""
+        recent = self.history[-self.config.score_blocks :]
+        score = float(np.mean([p.success for p in recent]))
+        reward = float(np.mean([p.reward for p in recent]))
+        arrays = {k: a.copy() for k, a in self.learner.network.arrays().items()}
+        self.candidates.append(_Candidate(score, reward, self.episodes, arrays))
+        self.candidates.sort(key=lambda c: (-c.score, -c.reward, c.episode))
+        del self.candidates[self.config.candidates :]
+
+    def _draw(self, rng: np.random.Generator) -> tuple[Kind, StartMix]:
+        kinds, starts = self.config.kinds, self.config.starts
+        kind = kinds[_weighted([w for _, w in kinds], rng)][0]
+        return kind, starts[_weighted([s.share for s in starts], rng)]
+
+    def _train_episode(self) -> None:
+        config = self.config
+        rng = episode_rng(Purpose.TRAIN, self.seed, self.episodes)
+        kind, mix = self._draw(rng)
+        if self.actions >= config.explore:
+            self.counted += 1
+        episode = _begin(kind, mix, config, rng)
+        steps = NStep(self.replay, config.steps, config.gamma)
+        encoded = encode(config.inputs, episode.state)
+        over = False
+        while not over:
+            control = self._explore(episode.state, rng)
+            step = episode.step(control)
+            following = encode(config.inputs, step.state)
+            steps.add(
+                encoded, int(control), step.reward, following,
+                terminal=step.verdict is not None, over=step.over,
+            )  # fmt: skip
+            encoded, over = following, step.over
+            self.actions += 1
+            if len(self.replay) >= max(config.update_from, config.batch):
+                batch = self.replay.sample(config.batch, self.rng)
+                self._losses.append(self.learner.update(batch, self.share))
+        episode.close()
+        self.episodes += 1
+
+    def _explore(self, state: State, rng: np.random.Generator) -> Control:
+        """The training policy of paper Alg. 1, after a first part with a teacher."""
+        config = self.config
+        if self.actions < config.explore:
+            if rng.random() < config.demonstrations:
+                return demonstrate(state)
+            return Control(int(rng.integers(CONTROLS)))
+        if rng.random() < self.epsilon:
+            self.epsilon = max(config.epsilon_floor, self.epsilon * config.epsilon_decay)
+            return Control(int(rng.integers(CONTROLS)))
+        return boltzmann(self.learner.network.values(state), rng, config.beta)
+
+    def save(self) -> None:
+        """Write the checkpoint; a run that goes on from it ends as if it had never stopped."""
+        arrays = {**self.learner.dump(), **self.replay.dump()}
+        for i, candidate in enumerate(self.candidates):
+            for key, array in candidate.arrays.items():
+                arrays[f"candidate{i}_{key}"] = array
+        note = {
+            "config": dataclasses.asdict(self.config),
+            "seed": self.seed,
+            "rng": self.rng.bit_generator.state,
+            "epsilon": self.epsilon,
+            "counts": [self.episodes, self.actions, self.tests, self.counted],
+            "candidates": [[c.score, c.reward, c.episode] for c in self.candidates],
+            "history": [dataclasses.asdict(p) for p in self.history],
+        }
+        text = np.frombuffer(json.dumps(note).encode(), dtype=np.uint8)
+        save_arrays(self.folder / "checkpoint.npz", {**arrays, "note": text})
+
+    def restore(self) -> None:
+        """Go on from the checkpoint, if there is one."""
+        path = self.folder / "checkpoint.npz"
+        if not path.is_file():
+            return
+        arrays = load_arrays(path.read_bytes(), str(path))
+        note = json.loads(arrays.pop("note").tobytes())
+        same = json.loads(json.dumps(dataclasses.asdict(self.config)))
+        if note["config"] != same or note["seed"] != self.seed:
+            raise ModelError(f"{path}: was made with another configuration or seed; train in another folder")
+        self.learner.restore(arrays)
+        self.replay.restore(arrays)
+        self.rng.bit_generator.state = note["rng"]
+        self.epsilon = note["epsilon"]
+        self.episodes, self.actions, self.tests, self.counted = note["counts"]
+        self.history = [Progress(**p) for p in note["history"]]
+        self.candidates = [
+            _Candidate(*values, {
+                key.removeprefix(f"candidate{i}_"): array
+                for key, array in arrays.items() if key.startswith(f"candidate{i}_")
+            })
+            for i, values in enumerate(note["candidates"])
+        ]  # fmt: skip
+
+    def finish(self, name: str) -> Trained:
+        """Let the best candidates play off, write the winner."""
+        if not self.candidates:
+            self._consider()
+        scores = [self._playoff(c) for c in self.candidates] if len(self.candidates) > 1 else [{}]
+        means = [float(np.mean(list(s.values()))) if s else 0.0 for s in scores]
+        best = int(np.argmax(means))
+        winner = self.candidates[best]
+        network = network_from_arrays(self.config.inputs, winner.arrays)
+        card = {
+            "about": "Q network of the push: the value of each of the eight controls in a state (paper Eq. 4)",
+            "inputs": self.config.inputs,
+            "ticks": self.config.rules.ticks,
+            "how": {
+                "version": __version__,
+                "seed": self.seed,
+                "training_episodes": self.episodes,
+                "training_actions": self.actions,
+                "peak_episode": winner.episode,
+                "config": dataclasses.asdict(self.config),
+            },
+            "results": {
+                "test_success": winner.score,
+                "test_reward": winner.reward,
+                "test_episodes": self.config.test_block * self.config.score_blocks,
+                "tuning": scores[best],
+                "tuning_episodes_each": self.config.playoff if scores[best] else 0,
+            },
+        }
+        path = self.folder / f"{name}.npz"
+        save_model(path, "q-network", network.arrays(), card)
+        history = [dataclasses.asdict(p) for p in self.history]
+        replace_file(self.folder / "history.json", json.dumps(history, indent=1).encode())
+        return Trained(network, path.with_suffix(".json"), winner.episode, tuple(self.history))
+
+    def _playoff(self, candidate: _Candidate) -> dict[str, float]:
+        """Success of a candidate on tuning seeds, by terrain and start."""
+        network = network_from_arrays(self.config.inputs, candidate.arrays)
+        found: dict[str, float] = {}
+        for mix in self.config.starts:
+            for kind, _ in self.config.kinds:
+                wins = 0
+                for i in range(self.config.playoff):
+                    rng = episode_rng(Purpose.TUNE, self.seed, KINDS.index(kind), i)
+                    choose = network_chooser(network, rng, self.config.testing, self.config.beta)
+                    wins += play(kind, mix, self.config, choose, rng)[1]
+                found[f"{mix.name}/{kind}"] = wins / self.config.playoff
+        return found
+
+
+def play(
+    kind: Kind, mix: StartMix, config: TrainingConfig, choose: Choose, rng: np.random.Generator
+) -> tuple[float, bool]:
+    """One episode without learning; its reward, and whether it succeeded."""
+    episode = _begin(kind, mix, config, rng)
+    gained = 0.0
+    step: Step | None = None
+    while step is None or not step.over:
+        step = episode.step(choose(episode.state))
+        gained += step.reward
+    episode.close()
+    return gained, step.verdict == "success"
+
+
+def _begin(kind: Kind, mix: StartMix, config: TrainingConfig, rng: np.random.Generator) -> Episode:
+    rules = dataclasses.replace(config.rules, guards=config.rules.guards and mix.guards)
+    return Episode(draw(kind, distribution(mix.name), rng), rules)
+
+
+def _weighted(weights: list[float], rng: np.random.Generator) -> int:
+    edges = np.cumsum(weights)
+    return int(np.searchsorted(edges, rng.random() * edges[-1], side="right"))
+
+
+def _learner(start: QNetwork, config: TrainingConfig) -> "DoubleDQN":
+    try:
+        from colonysim.push.dqn import DoubleDQN
+    except ImportError as error:
+        raise MissingExtraError(
+            f"training needs torch ({error}): pip install 'colonysim[train]'"
+        ) from error
+    return DoubleDQN(start, config.learner)
