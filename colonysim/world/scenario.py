@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from colonysim.errors import ScenarioError
+from colonysim.world.places import Places
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from colonysim.errors import ScenarioError
     from colonysim.world.topology import Topology
 
 __all__ = ["BoxStart", "Hole", "Scenario", "Timing"]
@@ -88,6 +89,7 @@ class Scenario:
         digest: SHA-256 of `document` in canonical JSON.
         source: Where it came from, for messages: a path or a name.
         positions: Line and column (from 1) of each field of the file, by dotted path ("policy.beta", "boxes.2").
+        overrides: For each field set from outside the file, how that was said ("--set policy.beta=2").
     """
 
     name: str
@@ -113,11 +115,8 @@ class Scenario:
     digest: str = ""
     source: str = "<scenario>"
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    overrides: Mapping[str, str] = field(default_factory=dict)
 
     def fault(self, path: str, message: str) -> ScenarioError:
         """An error that says where in the file `path` stands, or what stands nearest above it."""
-        place = path
-        while place and place not in self.positions:
-            place = place.rpartition(".")[0]
-        line, column = self.positions.get(place, (1, 1))
-        return ScenarioError(f"{self.source}:{line}:{column}: {path}: {message}")
+        return Places(self.source, self.positions, self.overrides).fault(path, message)

@@ -1,0 +1,201 @@
+"""Turns what pydantic finds wrong with a document into one message in the user's words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from colonysim.world.format import PhysicsSection, ScenarioFile, TimingSection
+from colonysim.world.places import Places, nearest_word
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pydantic import ValidationError
+    from pydantic_core import ErrorDetails
+
+    from colonysim.errors import ScenarioError
+
+__all__ = ["complaint", "unknown_field"]
+
+_FORMS = {
+    "nodes": "[id, x, y], [id, x, y, z] or {id: ..., at: [x, y], z: ...}",
+    "at": "[x, y]",
+    "edges": "[from, to]",
+    "include": "[from, to]",
+    "exclude": "[from, to]",
+    "slopes": "[from, to]",
+    "no_push": "[from, to]",
+    "holes": "a node's number, or {node: ..., depth: ...}",
+    "boxes": "[node, height] or {node: ..., height: ...}",
+    "travels": "[from, to, seconds]",
+    "pushes": "[from, to, seconds]",
+}
+_WHOLE = {
+    "edges": "a list of [from, to], or {radius: ..., include: ..., exclude: ...}",
+    "policy": "a policy's name, or {name: ..., parameters}",
+    "topology": "a mapping with a `kind`: grid, line, ring or geometric",
+}
+_ELSEWHERE = {
+    "seed": "the seed belongs to the run, not to the scenario",
+    "r": "did you mean 'detection_radius'?",
+    "radius": "did you mean 'detection_radius', or 'edges.radius'?",
+    "<<": "merge keys are no part of the format; `variants` can change fields",
+}
+
+
+def complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:
+    """One message for the most telling of the mistakes found, and how many there are besides it."""
+    faults = error.errors(include_url=False)
+    # A misspelt field is also a missing one: the spelling is the cause.
+    first = min(faults, key=lambda fault: _ORDER.get(fault["type"], 1))
+    path = _path(first["loc"])
+    message = _message(first, path, document)
+    if first["type"] in ("missing", "missing_argument") and path.rpartition(".")[2].isdigit():
+        path = path.rpartition(".")[0]
+    others = len({_path(fault["loc"]) for fault in faults}) - 1
+    if others > 0 and first["type"] != "extra_forbidden":
+        message += f" (and {others} more)"
+    return places.fault(path, message)
+
+
+_ORDER = {"extra_forbidden": 0, "missing": 2}
+
+
+def _path(loc: Sequence[int | str]) -> str:
+    """The dotted path in the file; names of union members are not in the file."""
+    parts = [str(part) for part in loc if not str(part).startswith("<")]
+    if parts[:1] == ["topology"] and len(parts) > 1:
+        del parts[1]
+    return ".".join(parts)
+
+
+def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str:
+    kind, value, context = fault["type"], fault.get("input"), fault.get("ctx", {})
+    names = [part for part in path.split(".") if not part.isdigit()]
+    name = names[-1] if names else ""
+    in_list = path.rpartition(".")[2].isdigit()
+    form = _FORMS.get(name) if in_list else _WHOLE.get(name)
+    if kind == "extra_forbidden":
+        return unknown_field(path, document)
+    if kind in ("missing", "missing_argument"):
+        if in_list:
+            return f"a value is missing, expected {form or 'more values'}"
+        return f"is missing, expected {_described(name)}"
+    if kind == "union_tag_invalid":
+        words = [word.strip(" '") for word in str(context.get("expected_tags", "")).split(",")]
+        if name == "topology":
+            chosen = str(context.get("tag", ""))
+            return f"unknown kind '{chosen}', expected {_either(words)}{nearest_word(chosen, words)}"
+        return f"got {_shown(value)}, expected {form or _FORMS.get(name, 'another form')}"
+    if kind == "union_tag_not_found" and name == "topology" and isinstance(value, dict):
+        return "the `kind` is missing, expected grid, line, ring or geometric"
+    if form and kind not in _SCALARS:
+        return f"got {_shown(value)}, expected {form}"
+    if kind == "literal_error":
+        words = _words(str(context["expected"]))
+        hint = nearest_word(value, words) if isinstance(value, str) else ""
+        return f"got {_shown(value)}, expected {_either(words)}{hint}"
+    expected = _EXPECTED.get(kind, fault["msg"][:1].lower() + fault["msg"][1:])
+    return f"got {_shown(value)}, expected {expected.format(**context)}"
+
+
+_SCALARS = {
+    "int_type", "int_from_float", "int_parsing", "float_type", "float_parsing", "finite_number", "greater_than",
+    "greater_than_equal", "less_than", "less_than_equal",
+}  # fmt: skip
+_EXPECTED = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing_size": "a smaller whole number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "string_type": "text",
+    "string_too_short": "at least {min_length} character",
+    "string_too_long": "at most {max_length} characters",
+    "bool_type": "true or false",
+    "greater_than": "more than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "too_short": "at least {min_length} of them",
+    "too_long": "at most {max_length} values",
+}
+
+
+def unknown_field(path: str, document: Mapping[str, Any]) -> str:
+    """What to say of a field that the format does not know: the nearest right word."""
+    name = path.rpartition(".")[2]
+    known = _siblings(path, document)
+    if "." not in path and name.lower() in _ELSEWHERE:
+        return f"unknown field; {_ELSEWHERE[name.lower()]}"
+    hint = nearest_word(name, known)
+    if not hint and "." not in path:
+        sections = {"timing": TimingSection, "physics": PhysicsSection}
+        inner = {field: f"{at}.{field}" for at, model in sections.items() for field in model.model_fields}
+        hint = f"; did you mean '{inner[name]}'?" if name in inner else ""
+    return f"unknown field, expected {_either(known)}{hint}" if len(known) <= 6 or not hint else f"unknown field{hint}"
+
+
+def _siblings(path: str, document: Mapping[str, Any]) -> list[str]:
+    """The fields that may stand where `path` stands, from the schema of the format."""
+    from colonysim.world.loading import scenario_schema
+
+    schema = scenario_schema()
+    here: Any = schema
+    value: Any = document
+    for part in path.split(".")[:-1]:
+        value = value[int(part) if part.isdigit() else part]
+        here = _resolve(schema, here.get("items") if part.isdigit() else here["properties"][part], value)
+    return list(here["properties"])
+
+
+def _resolve(schema: Mapping[str, Any], node: Any, value: Any) -> Any:
+    """Follows references and picks, among alternatives, the one whose shape fits the value."""
+    while True:
+        if "$ref" in node:
+            node = schema["$defs"][node["$ref"].rpartition("/")[2]]
+        elif "anyOf" in node or "oneOf" in node:
+            options = [_resolve(schema, option, value) for option in node.get("anyOf") or node["oneOf"]]
+            wanted = "object" if isinstance(value, dict) else "array"
+            fitting = [option for option in options if option.get("type") == wanted]
+            if isinstance(value, dict) and "kind" in value:
+                fitting = [o for o in fitting if o["properties"]["kind"].get("const") == value["kind"]] or fitting
+            node = fitting[0]
+            return node
+        else:
+            return node
+
+
+def _described(name: str) -> str:
+    """What a field holds, in the words of its documentation."""
+    field = ScenarioFile.model_fields.get(name)
+    text = (field.description or "") if field else ""
+    text = " ".join(text.split()).rstrip(".")
+    return text[:1].lower() + text[1:] if text else f"a value for {name}"
+
+
+def _either(words: Sequence[str]) -> str:
+    return ", ".join(words[:-1]) + " or " + words[-1] if len(words) > 1 else "".join(words)
+
+
+def _words(expected: str) -> list[str]:
+    return [word.strip(" '") for word in expected.replace(" or ", ",").split(",")]
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"'{value[:40]}'" + ("..." if len(value) > 40 else "")
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}"
+    return str(value)

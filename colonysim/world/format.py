@@ -1,0 +1,357 @@
+"""The scenario format: what a file under `scenarios/` may say, field by field.
+
+These models see one file after its variant and overrides have been applied. They check the shape of
+each field; what fields say about each other is checked in `assemble.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag
+
+__all__ = ["ScenarioFile", "variant_schema"]
+
+MAX_COORDINATE = 1e9
+
+NodeId = Annotated[int, Strict(), Field(ge=0, le=10**15)]
+Count = Annotated[int, Strict(), Field(ge=1, le=10**9)]
+Coordinate = Annotated[float, Strict(), Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
+Positive = Annotated[float, Strict(), Field(gt=0, le=MAX_COORDINATE, allow_inf_nan=False)]
+NotNegative = Annotated[float, Strict(), Field(ge=0, le=MAX_COORDINATE, allow_inf_nan=False)]
+Length = Annotated[float, Strict(), Field(ge=1e-6, le=MAX_COORDINATE, allow_inf_nan=False)]
+Text = Annotated[str, Strict()]
+Flag = Annotated[bool, Strict()]
+Pair = tuple[NodeId, NodeId]
+
+
+def _form(value: Any) -> str | None:
+    """Which of two ways of writing a thing was used; the names are stripped from error paths again."""
+    if isinstance(value, (list, tuple)):
+        return "<list>"
+    if isinstance(value, (dict, BaseModel)):
+        return "<mapping>"
+    return "<plain>" if isinstance(value, (int, str, float)) else None
+
+
+class Section(BaseModel):
+    """A mapping in the file; unknown fields are mistakes."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+
+class NodeRow(NamedTuple):
+    """A node as [id, x, y] or [id, x, y, z]."""
+
+    id: NodeId
+    x: Coordinate
+    y: Coordinate
+    z: Coordinate = 0.0
+
+
+class NodeMapping(Section):
+    """A node as a mapping."""
+
+    id: NodeId
+    """Its number."""
+    at: tuple[Coordinate, Coordinate]
+    """[x, y] in graph units."""
+    z: Coordinate = 0.0
+    """Height of its surface, graph units; of a hole listed by its number alone, the floor."""
+
+
+Node = Annotated[Annotated[NodeRow, Tag("<list>")] | Annotated[NodeMapping, Tag("<mapping>")], Discriminator(_form)]
+
+
+class RadiusEdges(Section):
+    """Edges by distance."""
+
+    radius: Length
+    """Nodes at most this far apart in the xy plane are joined, graph units."""
+    include: list[Pair] = []
+    """Edges besides those."""
+    exclude: list[Pair] = []
+    """Edges left out."""
+
+
+Edges = Annotated[Annotated[list[Pair], Tag("<list>")] | Annotated[RadiusEdges, Tag("<mapping>")], Discriminator(_form)]
+
+
+class Generated(Section):
+    """What all generated places have in common; their nodes are numbered from 0."""
+
+    z: Coordinate = 0.0
+    """Height of all nodes, graph units."""
+    without: list[NodeId] = []
+    """Nodes left out; the others keep their numbers."""
+
+
+class Grid(Generated):
+    """A rectangular grid; node `row * columns + column` stands at (column, row) times spacing."""
+
+    kind: Literal["grid"]
+    columns: Count
+    """Nodes along x."""
+    rows: Count
+    """Nodes along y."""
+    spacing: Length = 1.0
+    """Distance of neighbours, graph units."""
+    diagonals: Flag = False
+    """Whether diagonal neighbours are joined too."""
+
+
+class Line(Generated):
+    """Nodes in a row along x."""
+
+    kind: Literal["line"]
+    nodes: Count
+    """Number of nodes."""
+    spacing: Length = 1.0
+    """Distance of neighbours, graph units."""
+
+
+class Ring(Generated):
+    """Nodes evenly on a circle round (0, 0)."""
+
+    kind: Literal["ring"]
+    nodes: Annotated[int, Strict(), Field(ge=3, le=10**9)]
+    """Number of nodes, at least 3."""
+    spacing: Length = 1.0
+    """Distance of neighbours, graph units."""
+
+
+class Geometric(Generated):
+    """A random geometric graph: nodes uniform in a rectangle, joined when within a radius."""
+
+    kind: Literal["geometric"]
+    nodes: Count
+    """Number of nodes."""
+    radius: Length
+    """Nodes at most this far apart are joined, graph units."""
+    seed: Annotated[int, Strict(), Field(ge=0)]
+    """Seed of the positions: the place is part of the scenario, not of the run."""
+    width: Positive = 10.0
+    """Extent along x, graph units."""
+    height: Positive = 10.0
+    """Extent along y, graph units."""
+    apart: NotNegative = 0.0
+    """Least distance of two nodes, graph units."""
+    connected: Flag = True
+    """Whether separate parts are joined by the shortest edges that do so."""
+
+
+Topology = Annotated[Grid | Line | Ring | Geometric, Field(discriminator="kind")]
+
+
+class HoleMapping(Section):
+    """A hole by its depth: the node's z is then the rim."""
+
+    node: NodeId
+    """Its node."""
+    depth: Positive | None = None
+    """How far the floor lies below the node's z, graph units; absent: the node's z is the floor."""
+
+
+Hole = Annotated[Annotated[NodeId, Tag("<plain>")] | Annotated[HoleMapping, Tag("<mapping>")], Discriminator(_form)]
+
+
+class BoxRow(NamedTuple):
+    """A box as [node, height]."""
+
+    node: NodeId
+    height: Positive
+
+
+class BoxMapping(Section):
+    """A box as a mapping."""
+
+    node: NodeId
+    """Where it stands at the start of each episode."""
+    height: Positive
+    """How high it is, graph units."""
+
+
+Box = Annotated[Annotated[BoxRow, Tag("<list>")] | Annotated[BoxMapping, Tag("<mapping>")], Discriminator(_form)]
+
+
+class Duration(NamedTuple):
+    """A measured duration as [from, to, seconds]."""
+
+    start: NodeId
+    end: NodeId
+    seconds: Positive
+
+
+class TimingSection(Section):
+    """How long actions take on a backend without a clock of its own."""
+
+    travel: NotNegative = 1.0
+    """Seconds per graph unit of a travelled edge."""
+    push: NotNegative = 1.0
+    """Seconds per graph unit of a pushed edge."""
+    travel_fixed: NotNegative = 0.0
+    """Seconds added to each travelled edge."""
+    push_fixed: NotNegative = 0.0
+    """Seconds added to each pushed edge."""
+    jitter: Annotated[float, Strict(), Field(ge=0, lt=1, allow_inf_nan=False)] = 0.1
+    """Half-width of a uniform factor around 1, drawn for each action."""
+    travels: list[Duration] = []
+    """Measured seconds of single edges, [from, to, seconds]; they hold for both directions unless both are
+    listed, and take precedence."""
+    pushes: list[Duration] = []
+    """Measured seconds of single pushed edges, [from, to, seconds], in that direction only."""
+
+
+class PolicySection(BaseModel):
+    """The policy and its parameters; the parameters are checked by the policy itself."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, use_attribute_docstrings=True)
+
+    name: Text = "stigmergy"
+    """Name of a policy, or "package.module:Name"."""
+
+
+Policy = Annotated[Annotated[Text, Tag("<plain>")] | Annotated[PolicySection, Tag("<mapping>")], Discriminator(_form)]
+
+
+class GroundSection(Section):
+    """A flat level, in metres."""
+
+    xmin: Coordinate
+    """West edge."""
+    ymin: Coordinate
+    """South edge."""
+    xmax: Coordinate
+    """East edge."""
+    ymax: Coordinate
+    """North edge."""
+    z: Coordinate
+    """Height of its surface."""
+
+
+class PitSection(Section):
+    """A square pit cut out of the ground, in metres and radians."""
+
+    x: Coordinate
+    """Centre."""
+    y: Coordinate
+    """Centre."""
+    yaw: Coordinate = 0.0
+    """Direction of its axis."""
+    side: Positive = 1.2
+    """Length of its sides."""
+    rim: Coordinate = 0.0
+    """Height of the ground round it."""
+    depth: Positive
+    """How far its floor lies below the rim."""
+
+
+class RampSection(Section):
+    """A ramp between two points of its centre line, in metres."""
+
+    x0: Coordinate
+    """Lower or upper end."""
+    y0: Coordinate
+    """Lower or upper end."""
+    z0: Coordinate
+    """Height there."""
+    x1: Coordinate
+    """The other end."""
+    y1: Coordinate
+    """The other end."""
+    z1: Coordinate
+    """Height there."""
+    half_width: Positive = 2.2
+    """Half its width."""
+
+
+class TerrainSection(Section):
+    """The ground in full, in metres; instead of what is derived from the graph."""
+
+    grounds: Annotated[list[GroundSection], Field(min_length=1)]
+    """Flat levels."""
+    pits: list[PitSection] = []
+    """Pits."""
+    ramps: list[RampSection] = []
+    """Ramps."""
+
+
+class PhysicsSection(Section):
+    """How a physics backend builds the place; whatever is absent is derived from the graph."""
+
+    xy_scale: Positive | None = None
+    """Metres per graph unit in the plane."""
+    z_scale: Positive | None = None
+    """Metres per graph unit of height; pit depths are rounded to whole multiples of the box height."""
+    box_length: Positive | None = None
+    """Side of a box, metres."""
+    box_height: Positive | None = None
+    """Height of every box, metres, instead of its height in the scenario times z_scale."""
+    box_mass: Positive | None = None
+    """Mass of a box, kg."""
+    box_friction: NotNegative | None = None
+    """Lateral friction of a box."""
+    pit_side: Positive | None = None
+    """Side of a pit, metres."""
+    ramp_half_width: Positive | None = None
+    """Half the width of a ramp, metres."""
+    margin: NotNegative | None = None
+    """How far the ground reaches beyond the outermost nodes, metres."""
+    terrain: TerrainSection | None = None
+    """Ground, pits and ramps in full instead of derived ones."""
+
+
+class ScenarioFile(Section):
+    """A colony: the place, what stands in it, who acts, and what counts as done."""
+
+    name: Annotated[str, Strict(), Field(min_length=1, max_length=100)] = "scenario"
+    """Short name, shown everywhere; the file's name unless given."""
+    description: Text = ""
+    """One line for listings."""
+    nodes: Annotated[list[Node], Field(min_length=1)] | None = None
+    """The nodes: [id, x, y], [id, x, y, z] or {id, at: [x, y], z}; with `edges`, instead of `topology`."""
+    edges: Edges | None = None
+    """The edges: a list of [from, to], or {radius, include, exclude}."""
+    topology: Topology | None = None
+    """A generated place, instead of `nodes` and `edges`."""
+    holes: list[Hole] = []
+    """Nodes whose floor lies below their rim: a number (the node's z is the floor, the rim is the highest z
+    of its neighbours that are no holes), or {node, depth} (the node's z is the rim)."""
+    slopes: list[Pair] = []
+    """Edges [from, to] whose difference of height is a ramp that can be travelled."""
+    boxes: list[Box] = []
+    """The boxes: [node, height] or {node, height}."""
+    agents: Annotated[list[NodeId], Field(min_length=1)]
+    """Start node of each agent."""
+    goal: NodeId
+    """The node that all agents must reach."""
+    no_push: list[Pair] = []
+    """Directed edges [from, to] over which no box may be pushed."""
+    detection_radius: Positive = 5.0
+    """How far an agent sees in the xy plane (R), graph units."""
+    reach: Positive = 0.3
+    """Two surfaces whose heights differ by less than this are level, graph units."""
+    max_steps: Count = 50
+    """Edges an agent may begin in an episode."""
+    episodes: Count = 30
+    """Episodes of a run unless the caller says otherwise."""
+    mode: Literal["asynchronous", "synchronous"] = "asynchronous"
+    """Whether agents act whenever they are ready, or all at once in ticks."""
+    stall_seconds: Positive = 600.0
+    """Simulated seconds without any outcome after which an episode ends as deadlock."""
+    time_limit: Positive | None = None
+    """Simulated seconds after which an episode ends as timeout; null for no limit."""
+    timing: TimingSection = TimingSection()
+    """Durations for backends without a clock of their own."""
+    policy: Policy = PolicySection()
+    """The policy: a name, or {name, parameters...}."""
+    physics: PhysicsSection = PhysicsSection()
+    """Scales, boxes and terrain for physics backends."""
+    variants: dict[str, dict[str, Any] | None] = {}
+    """Named changes to the fields above; mappings are merged, everything else is replaced."""
+
+
+def variant_schema(schema: dict[str, Any]) -> dict[str, Any]:
+    """The JSON Schema of one variant: any of the file's fields, none of them required."""
+    fields = {name: field for name, field in schema["properties"].items() if name != "variants"}
+    return {"type": ["object", "null"], "properties": fields, "additionalProperties": False}

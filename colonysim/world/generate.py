@@ -1,0 +1,161 @@
+"""Generated places: grid, line, ring and random geometric graph; and the edges that a radius gives.
+
+Coordinates are rounded to six decimals, so that the same description gives the same place on any machine.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+
+__all__ = ["MAX_EDGES", "MAX_NODES", "TooManyEdgesError", "geometric", "grid", "line", "radius_edges", "ring"]
+
+MAX_NODES = 250_000
+"""Most nodes of a generated place."""
+MAX_EDGES = 2_000_000
+"""Most edges that a radius may give."""
+
+_TOLERANCE = 1e-9  # decimal coordinates a radius apart count as within it, whatever their binary rounding
+
+Point = tuple[float, float]
+Place = tuple[list[Point], list[tuple[int, int]]]
+
+
+class TooManyEdgesError(ValueError):
+    """A radius that joins more than MAX_EDGES pairs."""
+
+
+def grid(columns: int, rows: int, spacing: float, diagonals: bool) -> Place:
+    """A rectangular grid; node `row * columns + column` stands at (column, row) times `spacing`."""
+    points = [(round(c * spacing, 6), round(r * spacing, 6)) for r in range(rows) for c in range(columns)]
+    steps = [(1, 0), (0, 1), (1, 1), (-1, 1)] if diagonals else [(1, 0), (0, 1)]
+    edges = [
+        (r * columns + c, (r + dr) * columns + c + dc)
+        for r in range(rows)
+        for c in range(columns)
+        for dc, dr in steps
+        if 0 <= c + dc < columns and r + dr < rows
+    ]
+    return points, edges
+
+
+def line(nodes: int, spacing: float) -> Place:
+    """Nodes in a row along x."""
+    return [(round(i * spacing, 6), 0.0) for i in range(nodes)], [(i, i + 1) for i in range(nodes - 1)]
+
+
+def ring(nodes: int, spacing: float) -> Place:
+    """Nodes evenly on a circle, neighbours `spacing` apart; node 0 lies east of the centre, which is (0, 0)."""
+    radius = spacing / (2 * math.sin(math.pi / nodes))
+    angles = [2 * math.pi * i / nodes for i in range(nodes)]
+    points = [(round(radius * math.cos(a), 6), round(radius * math.sin(a), 6)) for a in angles]
+    return points, [(i, (i + 1) % nodes) for i in range(nodes)]
+
+
+def geometric(
+    nodes: int, radius: float, width: float, height: float, seed: int, apart: float, connected: bool
+) -> Place:
+    """A random geometric graph: nodes uniform in a rectangle, joined when within `radius`.
+
+    Args:
+        nodes: Number of nodes.
+        radius: Nodes at most this far apart are joined, graph units.
+        width: Extent along x, graph units.
+        height: Extent along y, graph units.
+        seed: Seed of the positions.
+        apart: Least distance of two nodes, graph units.
+        connected: Whether separate parts are joined by the shortest edges that do so.
+
+    Raises:
+        ValueError: The nodes do not fit into the rectangle that far apart.
+        TooManyEdgesError: The radius joins too many pairs.
+    """
+    rng = random.Random(seed)
+    cells: dict[tuple[int, int], list[int]] = {}
+    size = apart or 1.0
+    points: list[Point] = []
+    for _ in range(nodes):
+        for _attempt in range(200):
+            point = (round(rng.random() * width, 6), round(rng.random() * height, 6))
+            cx, cy = int(point[0] / size), int(point[1] / size)
+            around = (i for dx in (-1, 0, 1) for dy in (-1, 0, 1) for i in cells.get((cx + dx, cy + dy), ()))
+            if not apart or all(math.dist(point, points[i]) >= apart for i in around):
+                break
+        else:
+            raise ValueError(f"{nodes} nodes {apart:g} apart do not fit into {width:g} x {height:g}")
+        cells.setdefault((cx, cy), []).append(len(points))
+        points.append(point)
+    edges = list(radius_edges(points, radius))
+    if connected:
+        edges += _joining(points, edges, radius)
+    return points, edges
+
+
+def radius_edges(points: Sequence[Point], radius: float) -> Iterator[tuple[int, int]]:
+    """All pairs (i, j), i < j, of points at most `radius` apart in the xy plane.
+
+    Raises:
+        TooManyEdgesError: There are more than MAX_EDGES of them.
+    """
+    count = 0
+    for i, j, _ in _pairs_within(points, radius, range(len(points))):
+        count += 1
+        if count > MAX_EDGES:
+            raise TooManyEdgesError(f"radius {radius:g} joins more than {MAX_EDGES} pairs of nodes")
+        yield i, j
+
+
+def _pairs_within(points: Sequence[Point], radius: float, origins: Collection[int]) -> Iterator[tuple[int, int, float]]:
+    """Pairs within `radius` with at least one end in `origins`: (smaller, larger, distance)."""
+    cells: dict[tuple[int, int], list[int]] = {}
+    size = radius + 2 * _TOLERANCE
+    keys = [(math.floor(x / size), math.floor(y / size)) for x, y in points]
+    for i, key in enumerate(keys):
+        cells.setdefault(key, []).append(i)
+    for i in origins:
+        x, y = points[i]
+        cx, cy = keys[i]
+        for dx in (-1, 0, 1):
+            for dy in (-1, 0, 1):
+                for j in cells.get((cx + dx, cy + dy), ()):
+                    if j > i or (j < i and j not in origins):
+                        length = math.sqrt((x - points[j][0]) ** 2 + (y - points[j][1]) ** 2)
+                        if length <= radius + _TOLERANCE:
+                            yield min(i, j), max(i, j), length
+
+
+def _joining(points: Sequence[Point], edges: Sequence[tuple[int, int]], radius: float) -> list[tuple[int, int]]:
+    """The shortest edges that join the parts of a graph, as Kruskal's algorithm would choose them."""
+    parent = list(range(len(points)))
+
+    def root(i: int) -> int:
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        return i
+
+    parts = len(points)
+    for i, j in edges:
+        a, b = root(i), root(j)
+        parts -= a != b
+        parent[a] = b
+    added: list[tuple[int, int]] = []
+    while parts > 1:
+        # Only nodes outside the largest part can be the near end of a missing edge; the others are left out.
+        members: dict[int, list[int]] = {}
+        for i in range(len(points)):
+            members.setdefault(root(i), []).append(i)
+        largest = max(members, key=lambda r: len(members[r]))
+        outside = {i for r, group in members.items() if r != largest for i in group}
+        radius *= 1.5
+        for _, i, j in sorted((length, i, j) for i, j, length in _pairs_within(points, radius, outside)):
+            a, b = root(i), root(j)
+            if a != b:
+                parent[a] = b
+                parts -= 1
+                added.append((i, j))
+    return added

@@ -1,0 +1,276 @@
+"""Loads scenarios: finds the file, applies variant and overrides, and hands the result to `assemble`."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from colonysim.errors import ScenarioError
+from colonysim.world.assemble import assemble
+from colonysim.world.complaints import unknown_field
+from colonysim.world.format import ScenarioFile, variant_schema
+from colonysim.world.places import Places, nearest_word
+from colonysim.world.scenario import Scenario
+from colonysim.world.source import MAX_DEPTH, read_file, read_text
+
+__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "scenario_schema"]
+
+Overrides = Mapping[str, Any] | Sequence[str]
+
+
+def load_scenario(path_or_name: str | Path, variant: str | None = None, overrides: Overrides | None = None) -> Scenario:
+    """Loads and validates a scenario.
+
+    Args:
+        path_or_name: A YAML file, or the bare name of a scenario that comes with the package ("hard").
+        variant: One of the file's `variants`, applied first.
+        overrides: Fields to set, applied last: {"policy.beta": 2} or ["policy.beta=2"], where the text
+            after "=" is read as YAML. A number in a path is a place in a list ("agents.0").
+
+    Raises:
+        ScenarioError: One message that names file, line, column and field, what is wrong, what was
+            expected, and the nearest right word.
+    """
+    path = _find(path_or_name)
+    source = _shown(path)
+    value, positions = read_file(path, source)
+    if value is None:
+        raise ScenarioError(f"{source}: is empty, expected a scenario")
+    if not isinstance(value, dict):
+        kind = "a list" if isinstance(value, list) else "a single value"
+        raise ScenarioError(f"{source}:1:1: {kind} stands at the top, expected fields such as `nodes:` and `goal:`")
+    draft = _Draft(_plain(value, source), positions, source)
+    draft.document.setdefault("name", path.stem)
+    draft.take_variants(variant)
+    draft.override(overrides or ())
+    return draft.scenario()
+
+
+def scenario_from_document(
+    document: Mapping[str, Any], *, variant: str | None = None, overrides: Overrides | None = None,
+    source: str = "<document>",
+) -> Scenario:  # fmt: skip
+    """Builds a scenario from plain data: one made in Python, or the `document` of an earlier run.
+
+    Args:
+        document: What a scenario file would hold, as mappings, lists, text and numbers.
+        variant: One of the document's `variants`, applied first.
+        overrides: Fields to set, as for `load_scenario`.
+        source: Its name in messages.
+
+    Raises:
+        ScenarioError: As for `load_scenario`, without line and column.
+    """
+    draft = _Draft(_plain(document, source), {}, source)
+    draft.take_variants(variant)
+    draft.override(overrides or ())
+    return draft.scenario()
+
+
+def list_scenarios() -> list[tuple[str, Path, str, tuple[str, ...]]]:
+    """The scenarios that come with the package: name, file, description, names of variants."""
+    listed = []
+    for path in sorted(_shipped_folder().glob("*.yaml")):
+        document, _ = read_file(path, _shown(path))
+        listed.append((path.stem, path, str(document.get("description", "")), tuple(document.get("variants") or ())))
+    return listed
+
+
+@cache
+def scenario_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of scenario files."""
+    schema = ScenarioFile.model_json_schema()
+    variants = schema["properties"]["variants"]
+    schema["properties"]["variants"] = {**variants, "additionalProperties": {"$ref": "#/$defs/Variant"}}
+    schema["$defs"]["Variant"] = variant_schema(schema)
+    schema["title"] = "colonysim scenario"
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _shipped_folder() -> Path:
+    """Where the scenarios of the package are: inside an installed wheel, beside the package in a checkout."""
+    package = Path(__file__).resolve().parent.parent
+    inside = package / "scenarios"
+    return inside if inside.is_dir() else package.parent / "scenarios"
+
+
+def _find(path_or_name: str | Path) -> Path:
+    path = Path(path_or_name)
+    text = str(path_or_name)
+    if "\0" in text:
+        raise ScenarioError(f"{text!r}: is no file name")
+    bare = path.name == text and not path.suffix
+    if not bare or path.is_file():
+        if path.suffix and not path.exists():
+            beside = path.parent
+            near = nearest_word(path.name, [p.name for p in beside.glob("*.y*ml")] if beside.is_dir() else [])
+            raise ScenarioError(f"{text}: no such file{near}")
+        return path
+    shipped = _shipped_folder() / f"{text}.yaml"
+    if shipped.is_file():
+        return shipped
+    names = [p.stem for p in sorted(_shipped_folder().glob("*.yaml"))]
+    near = difflib.get_close_matches(text, names, n=1, cutoff=0.5)
+    hint = f"; did you mean '{near[0]}'?" if near else ""
+    raise ScenarioError(f"{text}: no such scenario, expected a file or one of {', '.join(names)}{hint}")
+
+
+def _shown(path: Path) -> str:
+    """A path for messages: relative if it lies below the working folder."""
+    try:
+        return os.fspath(path.resolve().relative_to(Path.cwd())) if path.is_absolute() else os.fspath(path)
+    except (ValueError, OSError):
+        return os.fspath(path)
+
+
+def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
+    """A deep copy as plain, finite data; tuples become lists."""
+    if value is None or isinstance(value, (str, bool, int)):
+        return value
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ScenarioError(f"{source}: {path}: {value} is not allowed, expected a finite number")
+        return value
+    if depth > MAX_DEPTH:
+        raise ScenarioError(f"{source}: {path}: nested deeper than {MAX_DEPTH} levels")
+    stem = f"{path}." if path else ""
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise ScenarioError(f"{source}: {path}: the key {key!r} is no text")
+        return {key: _plain(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
+    raise ScenarioError(
+        f"{source}: {path or 'the document'}: {type(value).__name__} is not allowed,"
+        " expected mappings, lists, text, numbers, true, false or null"
+    )
+
+
+class _Draft:
+    """A document on its way: changed by a variant and by overrides, with the positions kept true."""
+
+    def __init__(self, document: dict[str, Any], positions: dict[str, tuple[int, int]], source: str) -> None:
+        self.document = document
+        self._positions = positions
+        self._source = source
+        self._overrides: dict[str, str] = {}
+        self._spell_out()
+
+    def take_variants(self, variant: str | None) -> None:
+        """Takes the variants out of the document and merges the chosen one into it."""
+        variants = self.document.pop("variants", None) or {}
+        if not isinstance(variants, dict):
+            raise self._places.fault("variants", "expected a mapping from names to fields")
+        known = list(ScenarioFile.model_fields)
+        for name, changes in variants.items():
+            path = f"variants.{name}"
+            if changes is not None and not isinstance(changes, dict):
+                raise self._places.fault(path, "expected a mapping of fields, or nothing")
+            for field in changes or ():
+                if field not in known or field == "variants":
+                    message = "cannot stand in a variant" if field == "variants" else unknown_field(field, {})
+                    raise self._places.fault(f"{path}.{field}", message)
+        if variant is None:
+            return
+        if variant not in variants:
+            offered = f"expected one of {', '.join(variants)}" if variants else "the scenario has none"
+            raise ScenarioError(f"{self._source}: no variant '{variant}', {offered}{nearest_word(variant, variants)}")
+        self._merge(self.document, variants[variant] or {}, "", f"variants.{variant}")
+        self._spell_out()
+
+    def override(self, overrides: Overrides) -> None:
+        """Sets single fields."""
+        pairs: list[tuple[str, Any, str]] = []
+        if isinstance(overrides, Mapping):
+            for path, value in overrides.items():
+                shown = f"--set {path}={value}"
+                pairs.append((path, _plain(value, shown), shown if len(shown) < 80 else f"{shown[:76]}..."))
+        else:
+            for text in [overrides] if isinstance(overrides, str) else overrides:
+                path, equals, value = text.partition("=")
+                shown = f"--set {text}"
+                if not equals or not path.strip():
+                    raise ScenarioError(f"{shown}: expected FIELD=VALUE, for example policy.beta=2")
+                read, _ = read_text(value, shown, places=False)
+                pairs.append((path.strip(), _plain(read, shown), shown))
+        for path, value, shown in pairs:
+            self._set(path, value, shown)
+            self._spell_out()
+
+    def scenario(self) -> Scenario:
+        """The scenario that the document now describes."""
+        # Nothing after a colon, or null, takes a field away; a policy's parameters may well be null.
+        for section in (self.document, self.document.get("timing"), self.document.get("physics")):
+            if isinstance(section, dict):
+                for name in [name for name, value in section.items() if value is None]:
+                    del section[name]
+        return assemble(self.document, self._places)
+
+    @property
+    def _places(self) -> Places:
+        return Places(self._source, self._positions, self._overrides)
+
+    def _spell_out(self) -> None:
+        """Writes `policy: NAME` as a mapping, so that parameters can be merged into it."""
+        if isinstance(self.document.get("policy"), str):
+            self.document["policy"] = {"name": self.document["policy"]}
+
+    def _merge(self, into: dict[str, Any], changes: dict[str, Any], path: str, origin: str) -> None:
+        for key, value in changes.items():
+            here = f"{path}.{key}" if path else key
+            old = into.get(key)
+            if isinstance(old, dict) and isinstance(value, dict) and _same_kind(old, value):
+                self._merge(old, value, here, f"{origin}.{key}")
+            else:
+                into[key] = value
+                self._move_positions(here, f"{origin}.{key}")
+
+    def _move_positions(self, path: str, origin: str | None) -> None:
+        """Forgets the positions at and below `path`; those at and below `origin` take their place."""
+        kept = {p: at for p, at in self._positions.items() if p != path and not p.startswith(f"{path}.")}
+        if origin is not None:
+            for p, at in self._positions.items():
+                if p == origin or p.startswith(f"{origin}."):
+                    kept[path + p[len(origin) :]] = at
+        self._positions = kept
+
+    def _set(self, path: str, value: Any, shown: str) -> None:
+        here: Any = self.document
+        parts = path.split(".")
+        if parts[0] == "variants":
+            raise ScenarioError(f"{shown}: variants cannot be set, expected another field")
+        for n, part in enumerate(parts):
+            last = n == len(parts) - 1
+            above = ".".join(parts[:n])
+            if isinstance(here, list):
+                if not part.isdigit() or int(part) >= len(here):
+                    raise ScenarioError(
+                        f"{shown}: {above} is a list of {len(here)}, expected a place from 0 to {len(here) - 1}"
+                    )
+                if last:
+                    here[int(part)] = value
+                else:
+                    here = here[int(part)]
+            elif isinstance(here, dict):
+                if last:
+                    here[part] = value
+                else:
+                    if here.get(part) is None:
+                        here[part] = {}
+                    here = here[part]
+            else:
+                raise ScenarioError(f"{shown}: {above} is no mapping or list, so it has no '{part}'")
+        self._move_positions(path, None)
+        self._overrides = {p: s for p, s in self._overrides.items() if not p.startswith(f"{path}.")}
+        self._overrides[path] = shown
+
+
+def _same_kind(old: dict[str, Any], new: dict[str, Any]) -> bool:
+    """Whether two mappings describe the same kind of thing; a ring is no change of a grid."""
+    return "kind" not in new or old.get("kind") == new["kind"]

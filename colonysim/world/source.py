@@ -1,0 +1,269 @@
+"""Reads YAML into plain data, and remembers where each field stands.
+
+The reader works on the parser's events, not on objects: nothing in a file can create anything but
+mappings, lists, text, numbers, true, false and null (the core schema of YAML 1.2, so that `no` is a
+word and `1e3` a number), and every limit is checked before memory is spent.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from colonysim.errors import ScenarioError
+
+__all__ = ["MAX_BYTES", "MAX_DEPTH", "MAX_EXPANDED", "MAX_VALUES", "read_file", "read_text"]
+
+MAX_BYTES = 16 * 1024 * 1024
+"""Largest file that is read; 100,000 listed nodes with their edges take about 6 MB."""
+MAX_VALUES = 2_000_000
+"""Most values in a file, aliases expanded."""
+MAX_EXPANDED = 10_000
+"""Most values that aliases (`*name`) may stand for, all together."""
+MAX_DEPTH = 32
+"""Deepest nesting of lists and mappings."""
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_INTEGER = re.compile(r"[-+]?[0-9]+\Z")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
+_NOT_FINITE = re.compile(r"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))\Z")
+_WORDS = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
+_WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_CORE = "tag:yaml.org,2002:"
+_TAGGED: dict[str, tuple[type, ...]] = {
+    "str": (str,), "int": (int,), "float": (float, int), "bool": (bool,), "null": (type(None),),
+}  # fmt: skip
+
+
+def read_file(path: Path, source: str) -> tuple[Any, dict[str, tuple[int, int]]]:
+    """Reads a YAML file as plain data.
+
+    Args:
+        path: The file.
+        source: Its name in messages.
+
+    Returns:
+        The plain data, and line and column (from 1) of each field by dotted path.
+
+    Raises:
+        ScenarioError: The file is missing, too large, not UTF-8, or no YAML that a scenario may hold.
+    """
+    try:
+        if path.is_dir():
+            raise ScenarioError(f"{source}: is a directory, expected a YAML file")
+        if not path.is_file():
+            raise ScenarioError(f"{source}: no such file")
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise ScenarioError(
+                f"{source}: the file holds {size / 1e6:.1f} MB, expected at most {MAX_BYTES / 1e6:.1f} MB;"
+                " a large regular place can be generated with `topology:`"
+            )
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)[:MAX_BYTES]
+    except OSError as error:
+        raise ScenarioError(f"{source}: cannot be read: {error.strerror or error}") from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        column = error.start - data.rfind(b"\n", 0, error.start)
+        byte = data[error.start]
+        raise ScenarioError(f"{source}:{line}:{column}: byte 0x{byte:02x} is not UTF-8, expected UTF-8 text") from None
+    return read_text(text, source)
+
+
+def read_text(text: str, source: str, *, places: bool = True) -> tuple[Any, dict[str, tuple[int, int]]]:
+    """Reads YAML text as plain data.
+
+    Args:
+        text: One YAML document.
+        source: Its name in messages.
+        places: Whether messages name line and column; not useful for the value of a command-line option.
+
+    Returns:
+        The plain data (None for an empty text), and line and column (from 1) of each field by dotted path.
+
+    Raises:
+        ScenarioError: The text is no YAML, or holds what a scenario may not hold.
+    """
+    reader = _Reader(text, source, places)
+    try:
+        for event in yaml.parse(text, _LOADER):
+            reader.take(event)
+    except yaml.MarkedYAMLError as error:
+        raise reader.broken(error) from None
+    except yaml.reader.ReaderError as error:
+        raise ScenarioError(f"{source}: {error.reason} (character 0x{_code(error.character):x})") from None
+    return reader.value, reader.positions
+
+
+def _code(character: Any) -> int:
+    return character if isinstance(character, int) else ord(character)
+
+
+@dataclass(slots=True)
+class _Frame:
+    """A list or mapping that is being read."""
+
+    value: Any
+    path: str
+    anchor: str | None
+    started: int
+    key: str | None = None
+    lines: dict[str, int] = field(default_factory=dict)
+
+
+class _Reader:
+    """Builds plain data from parser events, within the limits."""
+
+    def __init__(self, text: str, source: str, places: bool) -> None:
+        self.value: Any = None
+        self.positions: dict[str, tuple[int, int]] = {}
+        self._text = text
+        self._source = source
+        self._places = places
+        self._frames: list[_Frame] = []
+        self._anchors: dict[str, tuple[Any, int]] = {}
+        self._values = 0
+        self._expanded = 0
+        self._documents = 0
+
+    def take(self, event: Any) -> None:
+        """Takes the next event."""
+        if isinstance(event, yaml.ScalarEvent):
+            self._scalar(event)
+        elif isinstance(event, (yaml.SequenceStartEvent, yaml.MappingStartEvent)):
+            self._open(event)
+        elif isinstance(event, (yaml.SequenceEndEvent, yaml.MappingEndEvent)):
+            frame = self._frames.pop()
+            if frame.anchor:
+                self._anchors[frame.anchor] = (frame.value, self._values - frame.started)
+        elif isinstance(event, yaml.AliasEvent):
+            self._alias(event)
+        elif isinstance(event, yaml.DocumentStartEvent):
+            self._documents += 1
+            if self._documents > 1:
+                raise self._fault(event, "a second document starts here, expected one scenario per file")
+
+    def broken(self, error: yaml.MarkedYAMLError) -> ScenarioError:
+        """The message for text that the parser refuses."""
+        problem = error.problem or error.context or "no YAML"
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line, mark.column) if mark else (0, 0)
+        lines = self._text.splitlines()
+        if line < len(lines) and "\t" in lines[line][: column + 1]:
+            problem += " (YAML is indented with spaces, not tabs)"
+        elif error.context and error.context != problem:
+            problem += f" ({error.context})"
+        return ScenarioError(f"{self._at(line, column)}: {problem}")
+
+    def _at(self, line: int, column: int) -> str:
+        return f"{self._source}:{line + 1}:{column + 1}" if self._places else self._source
+
+    def _fault(self, event: Any, message: str, path: str = "") -> ScenarioError:
+        at = self._at(event.start_mark.line, event.start_mark.column)
+        return ScenarioError(f"{at}: {path}: {message}" if path else f"{at}: {message}")
+
+    def _scalar(self, event: Any) -> None:
+        frame = self._frames[-1] if self._frames else None
+        if frame is not None and frame.key is None and type(frame.value) is dict:
+            self._key(frame, event)
+            return
+        path = self._next_path()
+        value = self._resolve(event, path)
+        self._put(event, path, value, 1)
+        if event.anchor:
+            self._anchors[event.anchor] = (value, 1)
+
+    def _key(self, frame: _Frame, event: Any) -> None:
+        name = event.value
+        mark = event.start_mark
+        path = f"{frame.path}.{name}" if frame.path else name
+        if name in frame.lines:
+            raise self._fault(event, f"the key '{name}' stands twice, first on line {frame.lines[name]}", path)
+        frame.lines[name] = mark.line + 1
+        frame.key = name
+        self.positions[path] = (mark.line + 1, mark.column + 1)
+
+    def _open(self, event: Any) -> None:
+        path = self._next_path()
+        if event.tag and event.tag not in ("!", _CORE + "map", _CORE + "seq"):
+            raise self._fault(event, f"the tag {_shown_tag(event.tag)} is not allowed, expected plain data", path)
+        if len(self._frames) >= MAX_DEPTH:
+            raise self._fault(event, f"nested deeper than {MAX_DEPTH} levels", path)
+        value: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
+        self._put(event, path, value, 1)
+        self._frames.append(_Frame(value, path, event.anchor, self._values - 1))
+
+    def _alias(self, event: Any) -> None:
+        path = self._next_path()
+        if event.anchor not in self._anchors:
+            raise self._fault(event, f"the alias *{event.anchor} stands inside or before its own anchor", path)
+        value, size = self._anchors[event.anchor]
+        self._expanded += size
+        if self._expanded > MAX_EXPANDED:
+            raise self._fault(event, f"aliases stand for more than {MAX_EXPANDED} values", path)
+        self._put(event, path, value, size)
+
+    def _next_path(self) -> str:
+        if not self._frames:
+            return ""
+        frame = self._frames[-1]
+        key = frame.key if type(frame.value) is dict else str(len(frame.value))
+        return f"{frame.path}.{key}" if frame.path else str(key)
+
+    def _put(self, event: Any, path: str, value: Any, size: int) -> None:
+        self._values += size
+        if self._values > MAX_VALUES:
+            raise self._fault(event, f"the file holds more than {MAX_VALUES} values")
+        if not self._frames:
+            self.value = value
+            return
+        frame = self._frames[-1]
+        if type(frame.value) is dict:
+            if frame.key is None:
+                raise self._fault(event, "a list or mapping stands where a key was expected", frame.path)
+            frame.value[frame.key] = value
+            frame.key = None
+        else:
+            frame.value.append(value)
+            mark = event.start_mark
+            self.positions[path] = (mark.line + 1, mark.column + 1)
+
+    def _resolve(self, event: Any, path: str) -> Any:
+        text = event.value
+        if event.tag == "!" or (event.tag is None and not event.implicit[0]):
+            return text
+        if event.tag is None:
+            return self._plain(event, text, path)
+        kind = event.tag.removeprefix(_CORE)
+        if kind not in _TAGGED:
+            raise self._fault(event, f"the tag {_shown_tag(event.tag)} is not allowed, expected plain data", path)
+        value = text if kind == "str" else self._plain(event, text, path)
+        if type(value) not in _TAGGED[kind]:
+            raise self._fault(event, f"'{text}' is no !!{kind}", path)
+        return value
+
+    def _plain(self, event: Any, text: str, path: str) -> Any:
+        if _INTEGER.match(text):
+            if len(text) > 18:
+                raise self._fault(event, f"{text[:20]}... is out of range, expected at most 18 digits", path)
+            return int(text)
+        if _FLOAT.match(text):
+            number = float(text)
+            if math.isinf(number):
+                raise self._fault(event, f"{text[:20]} is out of range, expected a finite number", path)
+            return number
+        if _NOT_FINITE.match(text):
+            raise self._fault(event, f"{text} is not allowed, expected a finite number", path)
+        return _WORDS.get(text, text)
+
+
+def _shown_tag(tag: str) -> str:
+    return f"!!{tag.removeprefix(_CORE)}" if tag.startswith(_CORE) else tag
