@@ -1,3 +1,89 @@
-"""Robot colonies that coordinate through marks left in the place itself, on any backend."""
+"""Robot colonies that coordinate through marks left in the place itself, on any backend.
+
+Example:
+    ```python
+    import colonysim
+
+    for event in colonysim.simulate(colonysim.load_scenario("hard"), seed=1):
+        print(event.time, event.kind, event.agent, event.node)
+
+    run = colonysim.run("hard", seed=1)  # the same, kept in a run directory
+    print([episode.steps for episode in run.episodes], run.path)
+    ```
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from colonysim.errors import (
+        ColonysimError,
+        MissingExtraError,
+        PluginError,
+        ScenarioError,
+        TraceError,
+    )
+    from colonysim.recording import run
+    from colonysim.simulation import simulate
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import EpisodeResult, Event
+    from colonysim.world.loading import (
+        list_scenarios,
+        load_scenario,
+        scenario_from_document,
+        scenario_schema,
+    )
+    from colonysim.world.scenario import Scenario
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "ColonysimError",
+    "EpisodeResult",
+    "Event",
+    "MissingExtraError",
+    "PluginError",
+    "Run",
+    "Scenario",
+    "ScenarioError",
+    "TraceError",
+    "__version__",
+    "list_scenarios",
+    "load_scenario",
+    "run",
+    "scenario_from_document",
+    "scenario_schema",
+    "simulate",
+]
+
+_PLACES = {
+    "ColonysimError": "errors",
+    "EpisodeResult": "trace.schema",
+    "Event": "trace.schema",
+    "MissingExtraError": "errors",
+    "PluginError": "errors",
+    "Run": "trace.reader",
+    "Scenario": "world.scenario",
+    "ScenarioError": "errors",
+    "TraceError": "errors",
+    "list_scenarios": "world.loading",
+    "load_scenario": "world.loading",
+    "run": "recording",
+    "scenario_from_document": "world.loading",
+    "scenario_schema": "world.loading",
+    "simulate": "simulation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Importing the package costs nothing: each name loads its module when it is first asked for.
+    if name not in _PLACES:
+        raise AttributeError(f"module 'colonysim' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"colonysim.{_PLACES[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -13,7 +13,7 @@ from colonysim.trace.parts import read_parts
 from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from colonysim.world.scenario import Scenario
 
@@ -36,11 +36,11 @@ class Run:
     """
 
     def __init__(
-        self, path: Path | None, manifest: dict[str, Any], episodes: Sequence[EpisodeResult] | None = None
+        self, path: Path | None, manifest: dict[str, Any], episodes: list[EpisodeResult] | None = None
     ) -> None:
         self.path = path
         self.manifest = manifest
-        self._episodes = None if episodes is None else list(episodes)
+        self._episodes = episodes
 
     @classmethod
     def open(cls, path: str | Path) -> Run:

@@ -10,7 +10,7 @@ from colonysim.errors import TraceError
 from colonysim.trace.manifest import finish_manifest, write_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
 from colonysim.trace.parts import write_part
-from colonysim.trace.schema import TABLES
+from colonysim.trace.schema import TABLES, EpisodeResult
 
 if TYPE_CHECKING:
     from collections.abc import Collection, MutableSequence
@@ -41,6 +41,9 @@ class TraceWriter:
         rows_per_part: Most rows in a part.
         flush_seconds: Shortest time between two flushes that do not come of a full table, wall clock.
 
+    Attributes:
+        results: The results of the episodes so far.
+
     Example:
         >>> writer = TraceWriter(None, {})
         >>> writer.write("controls", (1, 0.5, 0, "script", "travel", 50))
@@ -61,6 +64,7 @@ class TraceWriter:
         self.manifest = manifest
         self._pending: dict[Table, MutableSequence[tuple[object, ...]]] = {}
         self._digests: dict[Table, TableDigest] = {}
+        self.results: list[EpisodeResult] = []
         self._packed: dict[Table, dict[str, Packed]] = {}
         self._parts: dict[Table, int] = {}
         for table in TABLES:
@@ -83,6 +87,8 @@ class TraceWriter:
         """Takes one row, in the order of the table's columns."""
         rows = self._pending[table]
         rows.append(row)
+        if table == "episodes":
+            self.results.append(EpisodeResult._make(row))
         if len(rows) >= self._block:
             self._pack(table)
         elif table == "events" or table == "episodes":

@@ -1,0 +1,134 @@
+"""`run`: simulate a colony and keep what happened in a run directory."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from colonysim.simulation import make_backend, make_policy, simulate
+from colonysim.trace.manifest import build_manifest, prepare_directory
+from colonysim.trace.reader import Run
+from colonysim.trace.writer import TraceWriter
+from colonysim.world.loading import load_scenario
+from colonysim.world.scenario import Scenario
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.policies.policy import Policy
+    from colonysim.trace.schema import Event, Frame, Table
+
+__all__ = ["run"]
+
+
+def run(
+    scenario: Scenario | str | Path,
+    *,
+    backend: str | Backend = "nodeworld",
+    policy: str | Policy | Callable[[Scenario], Policy] | None = None,
+    variant: str | None = None,
+    overrides: Mapping[str, Any] | Sequence[str] | None = None,
+    mode: str | None = None,
+    episodes: int | None = None,
+    seed: int = 0,
+    out: str | Path | None = None,
+    trace: bool = True,
+    decisions: bool = True,
+    initial: Run | str | Path | None = None,
+    backend_options: Mapping[str, Any] | None = None,
+    on_start: Callable[[Run], None] | None = None,
+    on_event: Callable[[Event, Run], None] | None = None,
+) -> Run:
+    """Runs a colony and records it.
+
+    A run that stops early, by Ctrl-C or by an error, leaves a directory that can be read: its manifest
+    says "interrupted" or "failed", and the exception goes on to the caller.
+
+    Args:
+        scenario: The colony: a scenario, the path of its file, or the name of one that comes with the package.
+        backend: Name of a backend, or one.
+        policy: Name of a policy, a factory, or a policy; the scenario's own if None.
+        variant: One of the scenario file's variants; only with a path or a name.
+        overrides: Fields of the scenario to set, as for `load_scenario`; only with a path or a name.
+        mode: "asynchronous" or "synchronous"; the scenario's own if None.
+        episodes: How many; the scenario's own number if None.
+        seed: Together with the scenario it makes the run.
+        out: Where to write, absent or empty; by default a new directory below `runs/`.
+        trace: Whether to write a run directory at all. The trace's hash is there either way.
+        decisions: Whether to keep the decisions (candidates and their probabilities), the largest table.
+        initial: A run whose pheromones, as they were at its last episode's end, this one starts with.
+        backend_options: Keyword arguments for a backend given by name.
+        on_start: Called once with the run that is being recorded.
+        on_event: Called with each event, and the run with the episodes so far.
+
+    Returns:
+        The run, finished.
+
+    Raises:
+        ColonysimError: Something that was asked for does not exist, does not fit or cannot be written.
+
+    Example:
+        ```python
+        run = colonysim.run("hard", seed=1, episodes=10)
+        print([episode.steps for episode in run.episodes], run.path)
+        ```
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario, variant, overrides)
+    # Whatever is wrong with the request is found before a directory is made for it.
+    chosen = make_policy(policy, scenario)
+    body = make_backend(backend, backend_options)
+    count = scenario.episodes if episodes is None else episodes
+    start = _pheromones(initial)
+    manifest = build_manifest(
+        scenario,
+        backend=backend if isinstance(backend, str) else type(backend).__name__,
+        policy=policy if isinstance(policy, str) else getattr(chosen, "name", type(chosen).__name__),
+        mode=mode or scenario.mode,
+        episodes=count,
+        seed=seed,
+        variant=variant,
+        options={
+            "backend": dict(backend_options or {}),
+            "overrides": overrides or [],
+            "decisions": decisions,
+            "initial": initial.path if isinstance(initial, Run) else initial,
+        },
+    )
+    directory = None
+    if trace:
+        directory = prepare_directory(
+            None if out is None else Path(out), scenario.name, variant, manifest["backend"], seed
+        )
+    drop: tuple[Table, ...] = () if decisions else ("decisions",)
+    writer = TraceWriter(directory, manifest, drop=drop)
+    recorded = Run(directory, manifest, writer.results)
+    if on_start:
+        on_start(recorded)
+    with writer:
+        events = simulate(
+            scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
+            initial=start, decisions=decisions,
+        )  # fmt: skip
+        try:
+            if on_event:
+                for event in events:
+                    on_event(event, recorded)
+            else:
+                for _ in events:
+                    pass
+        finally:
+            if isinstance(events, Generator):
+                events.close()  # the backend too has to end before the trace does
+    return recorded
+
+
+def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:
+    if initial is None:
+        return None
+    fields: dict[str, list[Frame]] = {}
+    for frame in (initial if isinstance(initial, Run) else Run.open(initial)).frames():
+        fields.setdefault(frame.field, []).append(frame)
+    return fields
