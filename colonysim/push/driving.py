@@ -186,13 +186,15 @@ class Pilot:
         until = self.scene.time + _PATIENCE
         while True:
             pose = self.pose
-            path = FreeSpace(self.scene, obstacles()).path((pose.x, pose.y), goal)
+            around = obstacles()
+            path = FreeSpace(self.scene, around).path((pose.x, pose.y), goal)
             reason = "no way"
             if path is not None:
                 reason = yield from self.follow(path, speed, tolerance, self._guard(obstacles), arrived)
                 if reason not in ("blocked", "stuck"):
                     return reason
-            if self.scene.time >= until:
+            # Another robot may be about to leave; what stands still will not.
+            if self.scene.time >= until or (reason == "no way" and not around.robots):
                 return reason
             if (fault := (yield from self.wait(0.7))) != "done":
                 return fault

@@ -1,10 +1,11 @@
 import math
+import sys
 
 import pytest
 
 pytest.importorskip("pybullet")
 
-from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain, wheel_speeds
+from colonysim.physics import BoxSpec, Ground, MissingEngineError, Pit, RobotSpec, Scene, Terrain, wheel_speeds
 
 FLAT = Terrain((Ground(-5, -5, 5, 5, 0.0),))
 
@@ -60,3 +61,82 @@ def test_sleeping_bodies_wake_when_driven_or_bumped():
         for _ in range(60):
             scene.tick()
         assert scene.robot(0).x == pytest.approx(before - 0.4, abs=0.03)
+
+
+def run(scene, seconds, robot=0, speeds=(0.0, 0.0)):
+    scene.drive(robot, *speeds)
+    for _ in range(round(seconds * 60)):
+        scene.tick()
+
+
+def test_a_robot_in_a_pit_is_found_out():
+    pit = Pit(1.5, 0, 0, depth=0.5)
+    with Scene(Terrain((FLAT.grounds[0],), (pit,)), [], [RobotSpec(0, 0, 0, 0)]) as scene:
+        run(scene, 0.5)
+        assert scene.robot_fault(0) is None
+        run(scene, 4.0, 0, wheel_speeds(0.6, 0.0))
+        assert scene.robot_fault(0) in ("in_pit", "flipped")
+
+
+def test_a_flipped_robot_has_no_traction_and_is_found_out():
+    with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)]) as scene:
+        body = scene._tractions[0].body
+        scene._engine.place(body, (0, 0, 0.4), (1.0, 0.0, 0.0, 0.0))
+        run(scene, 2.0, 0, wheel_speeds(0.5, 0.0))
+        assert scene.robot_fault(0) == "flipped"
+        assert math.hypot(*scene.robot(0)[:2]) < 0.05
+
+
+def test_an_airborne_robot_has_no_traction():
+    with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)]) as scene:
+        scene.place_robot(0, 0, 0, 1.0, 0)
+        run(scene, 0.3, 0, wheel_speeds(0.8, 0.8))
+        assert scene.robot(0).z > 0.3
+        assert scene.robot(0).x < 0.1
+
+
+def test_a_robot_that_leaves_the_ground_or_has_no_pose_is_found_out():
+    with Scene(FLAT, [], [RobotSpec(6.0, 0, 0, 0), RobotSpec(0, 0, 0, 0)]) as scene:
+        run(scene, 1.0)
+        assert scene.robot_fault(0) == "fallen"
+        assert scene.robot_fault(1) is None
+        scene._engine.place(scene._tractions[1].body, (math.nan, 0, 0), (0.0, 0.0, 0.0, 1.0))
+        assert scene.robot_fault(1) == "nan"
+
+
+def test_placed_bodies_are_at_rest_and_removed_ones_are_gone():
+    with Scene(FLAT, [BoxSpec(1.5, 0, 0, 0)], [RobotSpec(0, 0, 0, 0), RobotSpec(0, 2, 0, 0)]) as scene:
+        run(scene, 2.5, 0, wheel_speeds(0.6, 0.0))
+        scene.place_robot(0, -2, 0, 0, 1.0)
+        scene.place_box(0, 3, 1, 0, 0.2)
+        run(scene, 0.5)
+        assert scene.robot(0)[:2] == pytest.approx((-2, 0), abs=1e-3)
+        assert scene.robot(0).yaw == pytest.approx(1.0, abs=1e-3)
+        assert scene.box(0)[:3] == pytest.approx((3, 1, 0.125), abs=2e-3)
+        scene.remove_robot(1)
+        assert not scene.has_robot(1)
+        with pytest.raises(LookupError, match="robot 1 has left"):
+            scene.robot(1)
+        run(scene, 0.1)
+
+
+def test_a_half_filled_pit_is_not_filled():
+    pit = Pit(0, 0, 0, depth=0.5)
+    terrain = Terrain(FLAT.grounds, (pit,))
+    with Scene(terrain, [BoxSpec(0, 0, -0.5, 0), BoxSpec(3, 0, 0, 0)], []) as scene:
+        for _ in range(60):
+            scene.tick()
+        assert scene.box_seated(0, pit)
+        assert not scene.pit_filled(pit)
+        assert not scene.box_seated(1, pit)
+        scene.place_box(1, 0, 0, -0.25, 0.02)
+        for _ in range(60):
+            scene.tick()
+        assert scene.box_seated(1, pit)
+        assert scene.pit_filled(pit)
+
+
+def test_a_missing_engine_says_how_to_get_one(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    with pytest.raises(MissingEngineError, match=r"pip install 'colonysim\[bullet\]'"):
+        Scene(FLAT, [], [])

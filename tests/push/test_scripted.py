@@ -1,0 +1,221 @@
+import hashlib
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pybullet")
+
+from colonysim.physics import BoxSpec, Ground, Pit, Ramp, RobotSpec, Scene, Terrain
+from colonysim.push import (
+    PushSettings,
+    PushTask,
+    Surroundings,
+    drive_to,
+    everything_else,
+    face_for,
+    plan_push,
+    run_alone,
+    scripted_push,
+    stage,
+)
+
+GROUND = Ground(-6, -6, 6, 6, 0.0)
+FLAT = Terrain((GROUND,))
+
+
+def push(scene, task, **settings):
+    chosen = PushSettings(**settings)
+    return run_alone(scene, 0, scripted_push(scene, 0, task, everything_else(scene, 0), settings=chosen))
+
+
+@pytest.mark.parametrize(("line", "heading"), [(0.0, 0.3), (0.6, 3.0), (-2.2, -1.0)])
+def test_straight_push_on_level_ground(line, heading):
+    c, s = math.cos(line), math.sin(line)
+    robot = RobotSpec(-2 * c, -2 * s, 0, heading)
+    with Scene(FLAT, [BoxSpec(0.02, -0.02, 0, line + 0.04)], [robot]) as scene:
+        log = []
+        task = PushTask(0, (0, 0), (2.5 * c, 2.5 * s), "flat", 0.0)
+        manoeuvre = scripted_push(
+            scene, 0, task, everything_else(scene, 0), lambda who, what, ticks: log.append((who, what, ticks))
+        )
+        result = run_alone(scene, 0, manoeuvre)
+        box = scene.box(0)
+        assert (result.success, result.reason, result.tries) == (True, "done", 1)
+        assert math.dist((box.x, box.y), task.goal) < 0.08
+        assert sum(ticks for _, _, ticks in log) == scene.ticks
+        assert {who for who, _, _ in log} == {"script"}
+        assert log[-1][1] == "push"
+
+
+@pytest.mark.parametrize("degrees", [6.5, 8.0])
+def test_push_up_a_ramp(degrees):
+    rise = 2.5 * math.tan(math.radians(degrees))
+    low, top = Ground(-6, -3, 0, 3, 0.0), Ground(2.5, -3, 7, 3, rise)
+    terrain = Terrain((low, top), ramps=(Ramp(0, 0, 0, 2.5, 0, rise),))
+    with Scene(terrain, [BoxSpec(-0.1, 0.03, 0, 0.05)], [RobotSpec(-2.4, 0.1, 0, 2.0)]) as scene:
+        result = push(scene, PushTask(0, (0, 0), (2.5, 0), "slope", rise))
+        assert result.reason == "done"
+        result = push(scene, PushTask(0, (2.5, 0), (4.5, 0), "flat", rise))
+        assert result.reason == "done"
+        assert scene.box(0).z == pytest.approx(rise + 0.125, abs=0.01)
+
+
+def test_chain_with_a_corner_then_a_hole_then_across():
+    pit = Pit(2.4, 2.4, math.pi / 2)
+    terrain = Terrain((GROUND,), (pit,))
+    with Scene(terrain, [BoxSpec(0, 0.03, 0, -0.04)], [RobotSpec(-2, 0, 0, 1.0)]) as scene:
+        assert push(scene, PushTask(0, (0, 0), (2.4, 0), "flat", 0.0)).success
+        assert not scene.pit_filled(pit)
+        assert push(scene, PushTask(0, (2.4, 0), (2.4, 2.4), "hole", 0.0, 0)).success
+        assert scene.box_seated(0, pit)
+        assert scene.pit_filled(pit)
+        across = run_alone(scene, 0, drive_to(scene, 0, 2.4, 4.4, everything_else(scene, 0)))
+        assert across.success
+        assert scene.robot_fault(0) is None
+        assert scene.box_seated(0, pit)
+
+
+def test_straight_on_needs_no_staging():
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0)], [RobotSpec(-2, 0, 0, 0)]) as scene:
+        assert push(scene, PushTask(0, (0, 0), (1.5, 0), "flat", 0.0)).success
+        controls = []
+        task = PushTask(0, (1.5, 0), (3.0, 0.1), "flat", 0.0)
+        manoeuvre = scripted_push(
+            scene, 0, task, everything_else(scene, 0), lambda who, what, ticks: controls.append(what)
+        )
+        assert run_alone(scene, 0, manoeuvre).success
+        assert controls == ["push"]
+
+
+def test_diagonal_is_split_and_the_box_keeps_its_yaw():
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0)], [RobotSpec(-2, 0, 0, 0)]) as scene:
+        task = PushTask(0, (0, 0), (2.2, 1.2), "flat", 0.0)
+        plan = plan_push(scene, 0, task, Surroundings())
+        assert [leg.goal for leg in plan.legs] == [pytest.approx((0, 1.2)), pytest.approx((2.2, 1.2))]
+        assert plan.margin > 0
+        assert push(scene, task).success
+        assert abs(scene.box(0).yaw) < 0.05
+
+
+def test_no_room_behind_the_box_is_a_reason_not_a_hang():
+    terrain = Terrain((Ground(-0.9, -6, 6, 6, 0.0),))
+    with Scene(terrain, [BoxSpec(0, 0, 0, 0)], [RobotSpec(1.5, 2, 0, 0)]) as scene:
+        task = PushTask(0, (0, 0), (2, 0), "flat", 0.0)
+        plan = plan_push(scene, 0, task, Surroundings())
+        assert plan.margin < 0
+        assert plan.reason == "no staging pose"
+        result = push(scene, task)
+        assert (result.success, result.reason) == (False, "no staging pose")
+        assert result.seconds < 1.0
+
+
+def test_a_robot_standing_at_the_staging_pose_blocks_for_a_bounded_time():
+    robots = [RobotSpec(0, 3, 0, 0), RobotSpec(-1.2, 0, 0, 0)]
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0)], robots) as scene:
+        result = push(scene, PushTask(0, (0, 0), (2, 0), "flat", 0.0))
+        assert result.reason in ("no staging pose", "blocked")
+        assert result.seconds < 40
+        assert math.dist(scene.robot(1)[:2], (-1.2, 0)) < 0.01
+
+
+def test_empty_pits_are_walls_to_plans_and_boxes_stray_into_them():
+    terrain = Terrain((GROUND,), (Pit(2.0, 0.0, 0.0), Pit(-1.3, 4, 0)))
+    with Scene(terrain, [BoxSpec(0, 0, 0, 0), BoxSpec(0, 4, 0, 0)], [RobotSpec(-3, 0, 0, 0)]) as scene:
+        around = everything_else(scene, 0)()
+        assert around.open_pits == (0, 1)
+        plan = plan_push(scene, 0, PushTask(0, (0, 0), (4, 0), "flat", 0.0), around)
+        assert plan.reason == "way of the box blocked"
+        plan = plan_push(scene, 1, PushTask(1, (0, 4), (2, 4), "flat", 0.0), around)
+        assert plan.reason == "no staging pose"
+        result = push(scene, PushTask(0, (0, 0), (4, 0), "flat", 0.0))
+        assert result.reason == "box stray"
+        assert scene.robot_fault(0) is None
+
+
+def test_timeout_is_kept():
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0)], [RobotSpec(-2, 0, 0, 0)]) as scene:
+        result = push(scene, PushTask(0, (0, 0), (3, 0), "flat", 0.0), limit=5.0)
+        assert result.reason == "timeout"
+        assert result.seconds == pytest.approx(5.0, abs=0.05)
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.5, -1.6])
+def test_coarse_staging_leaves_the_robot_in_its_region(heading):
+    robot = RobotSpec(1.8, 1.5, 0, heading)
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0.1)], [robot]) as scene:
+        before = scene.box(0)
+        result = run_alone(scene, 0, stage(scene, 0, 0, 0.1, everything_else(scene, 0), coarse=True))
+        assert result.success
+        pose, box = scene.robot(0), scene.box(0)
+        assert math.dist(before[:2], box[:2]) < 1e-3
+        assert 1.14 <= math.dist(pose[:2], box[:2]) <= 1.61
+        bearing = math.atan2(box.y - pose.y, box.x - pose.x)
+        assert abs(bearing - 0.1) < 0.36
+        assert abs(pose.yaw - 0.1) < 0.82
+
+
+def test_faces():
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0.2)], []) as scene:
+        box = scene.box(0)
+    heading, mismatch = face_for(box, 0.3)
+    assert (heading, mismatch) == (pytest.approx(0.2), pytest.approx(0.1))
+    heading, mismatch = face_for(box, math.pi)
+    assert heading == pytest.approx(0.2 + math.pi - 2 * math.pi)
+    assert mismatch == pytest.approx(-0.2)
+
+
+def test_two_robots_push_at_once_and_the_order_of_their_steps_is_all_that_matters():
+    robots = [RobotSpec(-2, 0, 0, 1), RobotSpec(-2, 3, 0, 2)]
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0), BoxSpec(0, 3, 0, 0)], robots) as scene:
+        running = {
+            i: scripted_push(scene, i, PushTask(i, (0, 3.0 * i), (2, 3.0 * i), "flat", 0.0), everything_else(scene, i))
+            for i in range(2)
+        }
+        results = {}
+        while running:
+            for i, manoeuvre in list(running.items()):
+                try:
+                    scene.drive(i, *next(manoeuvre))
+                except StopIteration as end:
+                    results[i] = end.value
+                    scene.drive(i, 0.0, 0.0)
+                    del running[i]
+            scene.tick()
+            assert scene.time < 60
+        assert [results[i].reason for i in range(2)] == ["done", "done"]
+
+
+def fingerprint():
+    """Hash of all poses of a push into a rotated pit, with a resting box and a robot that wakes late."""
+    pit = Pit(2.0, 1.0, math.atan2(1.0, 2.0))
+    boxes = [BoxSpec(0, 0, 0, pit.yaw), BoxSpec(0, 3, 0, 0.3)]
+    robots = [RobotSpec(-1.8, -0.9, 0, 2.0), RobotSpec(4, -3, 0, 0)]
+    digest = hashlib.sha256()
+    with Scene(Terrain((GROUND,), (pit,)), boxes, robots) as scene:
+
+        def look():
+            digest.update(repr([scene.box(i) for i in (0, 1)] + [scene.robot(i) for i in (0, 1)]).encode())
+
+        task = PushTask(0, (0, 0), (2, 1), "hole", 0.0, 0)
+        around = everything_else(scene, 0)
+        assert run_alone(scene, 0, scripted_push(scene, 0, task, around), look).success
+        late = drive_to(scene, 1, 4, 4, everything_else(scene, 1))
+        assert run_alone(scene, 1, late, look).success
+    return digest.hexdigest()
+
+
+def test_same_poses_in_another_process():
+    here = str(Path(__file__).parent)
+    code = f"import sys; sys.path.insert(0, {here!r}); import test_scripted; print(test_scripted.fingerprint())"
+    other = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONHASHSEED": "7"},
+    )
+    assert other.stdout.split()[-1] == fingerprint()
