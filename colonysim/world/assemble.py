@@ -232,9 +232,9 @@ class _Assembly:
         holes = set(nodes)
         around: dict[int, list[float]] = {node: [] for node in nodes}
         for i, j in edges:
-            for hole, other in ((i, j), (j, i)):
-                if hole in holes and other not in holes:
-                    around[hole].append(heights[other])
+            for node, other in ((i, j), (j, i)):
+                if node in holes and other not in holes:
+                    around[node].append(heights[other])
         floors: dict[int, float] = {}
         rims: dict[int, float] = {}
         for n, (hole, node) in enumerate(zip(self._file.holes, nodes, strict=True)):
@@ -335,13 +335,13 @@ class _Assembly:
         ids = topology.ids
         start = ids[agents[found.agent]]
         if found.edge is None:
-            why = f"no edge leads out of the {len(found.stands)} nodes joined with it"
+            why = f"no edge leads out of its part of the place, which has {len(found.stands)} of {len(ids)} nodes"
         else:
             i, j = found.edge
             way = "up" if found.step > 0 else "down"
             why = (
-                f"the smallest step in its way is {abs(found.step):g} {way} from {ids[i]} to {ids[j]}, level is less than"
-                f" {self._file.reach:g}, and the boxes' heights add up to {sum(heights):g}"
+                f"the smallest step in its way is {abs(found.step):g} {way} from {ids[i]} to {ids[j]}, level is less"
+                f" than {self._file.reach:g}, and the boxes' heights add up to {sum(heights):g}"
             )
         raise self._places.fault(
             "goal",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from colonysim.world.format import PhysicsSection, ScenarioFile, TimingSection
+from colonysim.world.format import FORM_TAGS, PhysicsSection, ScenarioFile, TimingSection, scenario_schema
 from colonysim.world.places import Places, nearest_word
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ def complaint(error: ValidationError, document: Mapping[str, Any], places: Place
     first = min(faults, key=lambda fault: _ORDER.get(fault["type"], 1))
     path = _path(first["loc"])
     message = _message(first, path, document)
+    if path == "topology" and first["type"] == "union_tag_invalid":
+        path = "topology.kind"
     if first["type"] in ("missing", "missing_argument") and path.rpartition(".")[2].isdigit():
         path = path.rpartition(".")[0]
     others = len({_path(fault["loc"]) for fault in faults}) - 1
@@ -63,7 +65,7 @@ _ORDER = {"extra_forbidden": 0, "missing": 2}
 
 def _path(loc: Sequence[int | str]) -> str:
     """The dotted path in the file; names of union members are not in the file."""
-    parts = [str(part) for part in loc if not str(part).startswith("<")]
+    parts = [str(part) for part in loc if part not in FORM_TAGS]
     if parts[:1] == ["topology"] and len(parts) > 1:
         del parts[1]
     return ".".join(parts)
@@ -122,7 +124,7 @@ _EXPECTED = {
     "dict_type": "a mapping",
     "model_type": "a mapping",
     "model_attributes_type": "a mapping",
-    "too_short": "at least {min_length} of them",
+    "too_short": "at least {min_length}",
     "too_long": "at most {max_length} values",
 }
 
@@ -135,16 +137,14 @@ def unknown_field(path: str, document: Mapping[str, Any]) -> str:
         return f"unknown field; {_ELSEWHERE[name.lower()]}"
     hint = nearest_word(name, known)
     if not hint and "." not in path:
-        sections = {"timing": TimingSection, "physics": PhysicsSection}
-        inner = {field: f"{at}.{field}" for at, model in sections.items() for field in model.model_fields}
+        inner = {field: f"timing.{field}" for field in TimingSection.model_fields}
+        inner |= {field: f"physics.{field}" for field in PhysicsSection.model_fields}
         hint = f"; did you mean '{inner[name]}'?" if name in inner else ""
     return f"unknown field, expected {_either(known)}{hint}" if len(known) <= 6 or not hint else f"unknown field{hint}"
 
 
 def _siblings(path: str, document: Mapping[str, Any]) -> list[str]:
     """The fields that may stand where `path` stands, from the schema of the format."""
-    from colonysim.world.loading import scenario_schema
-
     schema = scenario_schema()
     here: Any = schema
     value: Any = document
@@ -165,8 +165,7 @@ def _resolve(schema: Mapping[str, Any], node: Any, value: Any) -> Any:
             fitting = [option for option in options if option.get("type") == wanted]
             if isinstance(value, dict) and "kind" in value:
                 fitting = [o for o in fitting if o["properties"]["kind"].get("const") == value["kind"]] or fitting
-            node = fitting[0]
-            return node
+            return fitting[0]
         else:
             return node
 
@@ -197,5 +196,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, dict):
         return "a mapping"
     if isinstance(value, (list, tuple)):
-        return f"a list of {len(value)}"
+        return f"a list of {len(value)}" if value else "an empty list"
     return str(value)

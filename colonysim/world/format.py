@@ -6,13 +6,16 @@ each field; what fields say about each other is checked in `assemble.py`.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag
 
-__all__ = ["ScenarioFile", "variant_schema"]
+__all__ = ["FORM_TAGS", "ScenarioFile", "scenario_schema"]
 
 MAX_COORDINATE = 1e9
+FORM_TAGS = ("<list>", "<mapping>", "<plain>")
+"""Names of the ways of writing a thing; they stand in pydantic's error paths but not in the file."""
 
 NodeId = Annotated[int, Strict(), Field(ge=0, le=10**15)]
 Count = Annotated[int, Strict(), Field(ge=1, le=10**9)]
@@ -26,7 +29,7 @@ Pair = tuple[NodeId, NodeId]
 
 
 def _form(value: Any) -> str | None:
-    """Which of two ways of writing a thing was used; the names are stripped from error paths again."""
+    """Which way of writing a thing was used."""
     if isinstance(value, (list, tuple)):
         return "<list>"
     if isinstance(value, (dict, BaseModel)):
@@ -351,7 +354,18 @@ class ScenarioFile(Section):
     """Named changes to the fields above; mappings are merged, everything else is replaced."""
 
 
-def variant_schema(schema: dict[str, Any]) -> dict[str, Any]:
-    """The JSON Schema of one variant: any of the file's fields, none of them required."""
+@cache
+def scenario_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of scenario files."""
+    schema = ScenarioFile.model_json_schema()
+    variants = schema["properties"]["variants"]
+    schema["properties"]["variants"] = {**variants, "additionalProperties": {"$ref": "#/$defs/Variant"}}
     fields = {name: field for name, field in schema["properties"].items() if name != "variants"}
-    return {"type": ["object", "null"], "properties": fields, "additionalProperties": False}
+    schema["$defs"]["Variant"] = {
+        "description": "Any of the scenario's fields, or nothing.",
+        "type": ["object", "null"],
+        "properties": fields,
+        "additionalProperties": False,
+    }
+    schema["title"] = "colonysim scenario"
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -101,10 +101,8 @@ def radius_edges(points: Sequence[Point], radius: float) -> Iterator[tuple[int, 
     Raises:
         TooManyEdgesError: There are more than MAX_EDGES of them.
     """
-    count = 0
-    for i, j, _ in _pairs_within(points, radius, range(len(points))):
-        count += 1
-        if count > MAX_EDGES:
+    for count, (i, j, _) in enumerate(_pairs_within(points, radius, range(len(points)))):
+        if count == MAX_EDGES:
             raise TooManyEdgesError(f"radius {radius:g} joins more than {MAX_EDGES} pairs of nodes")
         yield i, j
 

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from colonysim.errors import ScenarioError
 from colonysim.world.assemble import assemble
 from colonysim.world.complaints import unknown_field
-from colonysim.world.format import ScenarioFile, variant_schema
+from colonysim.world.format import ScenarioFile, scenario_schema
 from colonysim.world.places import Places, nearest_word
 from colonysim.world.scenario import Scenario
 from colonysim.world.source import MAX_DEPTH, read_file, read_text
 
-__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "scenario_schema"]
+__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "scenario_schema", "variant_names"]
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
@@ -81,17 +79,6 @@ def list_scenarios() -> list[tuple[str, Path, str, tuple[str, ...]]]:
     return listed
 
 
-@cache
-def scenario_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of scenario files."""
-    schema = ScenarioFile.model_json_schema()
-    variants = schema["properties"]["variants"]
-    schema["properties"]["variants"] = {**variants, "additionalProperties": {"$ref": "#/$defs/Variant"}}
-    schema["$defs"]["Variant"] = variant_schema(schema)
-    schema["title"] = "colonysim scenario"
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
-
-
 def _shipped_folder() -> Path:
     """Where the scenarios of the package are: inside an installed wheel, beside the package in a checkout."""
     package = Path(__file__).resolve().parent.parent
@@ -115,40 +102,40 @@ def _find(path_or_name: str | Path) -> Path:
     if shipped.is_file():
         return shipped
     names = [p.stem for p in sorted(_shipped_folder().glob("*.yaml"))]
-    near = difflib.get_close_matches(text, names, n=1, cutoff=0.5)
-    hint = f"; did you mean '{near[0]}'?" if near else ""
-    raise ScenarioError(f"{text}: no such scenario, expected a file or one of {', '.join(names)}{hint}")
+    expected = f"expected a file or one of {', '.join(names)}"
+    raise ScenarioError(f"{text}: no such scenario, {expected}{nearest_word(text, names)}")
 
 
 def _shown(path: Path) -> str:
     """A path for messages: relative if it lies below the working folder."""
     try:
-        return os.fspath(path.resolve().relative_to(Path.cwd())) if path.is_absolute() else os.fspath(path)
+        inside = path.is_absolute() and path != Path.cwd()
+        return os.fspath(path.relative_to(Path.cwd()) if inside else path)
     except (ValueError, OSError):
         return os.fspath(path)
 
 
 def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
     """A deep copy as plain, finite data; tuples become lists."""
+    where = f"{source}: {path}" if path else source
     if value is None or isinstance(value, (str, bool, int)):
         return value
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ScenarioError(f"{source}: {path}: {value} is not allowed, expected a finite number")
+            raise ScenarioError(f"{where}: {value} is not allowed, expected a finite number")
         return value
     if depth > MAX_DEPTH:
-        raise ScenarioError(f"{source}: {path}: nested deeper than {MAX_DEPTH} levels")
+        raise ScenarioError(f"{where}: nested deeper than {MAX_DEPTH} levels")
     stem = f"{path}." if path else ""
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
-                raise ScenarioError(f"{source}: {path}: the key {key!r} is no text")
+                raise ScenarioError(f"{where}: the key {key!r} is no text")
         return {key: _plain(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
     raise ScenarioError(
-        f"{source}: {path or 'the document'}: {type(value).__name__} is not allowed,"
-        " expected mappings, lists, text, numbers, true, false or null"
+        f"{where}: {type(value).__name__} is not allowed, expected mappings, lists, text, numbers, true, false or null"
     )
 
 

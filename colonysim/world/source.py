@@ -19,7 +19,7 @@ from colonysim.errors import ScenarioError
 
 __all__ = ["MAX_BYTES", "MAX_DEPTH", "MAX_EXPANDED", "MAX_VALUES", "read_file", "read_text"]
 
-MAX_BYTES = 16 * 1024 * 1024
+MAX_BYTES = 16_000_000
 """Largest file that is read; 100,000 listed nodes with their edges take about 6 MB."""
 MAX_VALUES = 2_000_000
 """Most values in a file, aliases expanded."""
@@ -32,7 +32,7 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]+\Z")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
 _NOT_FINITE = re.compile(r"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))\Z")
-_WORDS = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
+_WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _CORE = "tag:yaml.org,2002:"
 _TAGGED: dict[str, tuple[type, ...]] = {
@@ -61,7 +61,7 @@ def read_file(path: Path, source: str) -> tuple[Any, dict[str, tuple[int, int]]]
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise ScenarioError(
-                f"{source}: the file holds {size / 1e6:.1f} MB, expected at most {MAX_BYTES / 1e6:.1f} MB;"
+                f"{source}: the file holds {size / 1e6:.1f} MB, expected at most {MAX_BYTES / 1e6:.0f} MB;"
                 " a large regular place can be generated with `topology:`"
             )
         with path.open("rb") as stream:
@@ -99,12 +99,8 @@ def read_text(text: str, source: str, *, places: bool = True) -> tuple[Any, dict
     except yaml.MarkedYAMLError as error:
         raise reader.broken(error) from None
     except yaml.reader.ReaderError as error:
-        raise ScenarioError(f"{source}: {error.reason} (character 0x{_code(error.character):x})") from None
+        raise reader.unprintable(error) from None
     return reader.value, reader.positions
-
-
-def _code(character: Any) -> int:
-    return character if isinstance(character, int) else ord(character)
 
 
 @dataclass(slots=True)
@@ -162,6 +158,13 @@ class _Reader:
         elif error.context and error.context != problem:
             problem += f" ({error.context})"
         return ScenarioError(f"{self._at(line, column)}: {problem}")
+
+    def unprintable(self, error: yaml.reader.ReaderError) -> ScenarioError:
+        """The message for a character that YAML does not allow."""
+        code = error.character if isinstance(error.character, int) else ord(error.character)
+        start = max(self._text.find(chr(code)), 0)
+        line, column = self._text.count("\n", 0, start), start - self._text.rfind("\n", 0, start) - 1
+        return ScenarioError(f"{self._at(line, column)}: the control character 0x{code:02x} is not allowed")
 
     def _at(self, line: int, column: int) -> str:
         return f"{self._source}:{line + 1}:{column + 1}" if self._places else self._source
