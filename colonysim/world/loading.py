@@ -36,13 +36,8 @@ def load_scenario(path_or_name: str | Path, variant: str | None = None, override
     """
     path = _find(path_or_name)
     source = _shown(path)
-    value, positions = read_file(path, source)
-    if value is None:
-        raise ScenarioError(f"{source}: is empty, expected a scenario")
-    if not isinstance(value, dict):
-        kind = "a list" if isinstance(value, list) else "a single value"
-        raise ScenarioError(f"{source}:1:1: {kind} stands at the top, expected fields such as `nodes:` and `goal:`")
-    draft = _Draft(_plain(value, source), positions, source)
+    document, positions = _read(path, source)
+    draft = _Draft(document, positions, source)
     draft.document.setdefault("name", path.stem)
     draft.take_variants(variant)
     draft.override(overrides or ())
@@ -70,11 +65,23 @@ def scenario_from_document(
     return draft.scenario()
 
 
+def variant_names(path_or_name: str | Path) -> tuple[str, ...]:
+    """The names of a scenario's variants, in the order of the file.
+
+    Raises:
+        ScenarioError: The file cannot be read, or its variants are wrong.
+    """
+    path = _find(path_or_name)
+    source = _shown(path)
+    document, positions = _read(path, source)
+    return _Draft(document, positions, source).take_variants(None)
+
+
 def list_scenarios() -> list[tuple[str, Path, str, tuple[str, ...]]]:
     """The scenarios that come with the package: name, file, description, names of variants."""
     listed = []
     for path in sorted(_shipped_folder().glob("*.yaml")):
-        document, _ = read_file(path, _shown(path))
+        document, _ = _read(path, _shown(path))
         listed.append((path.stem, path, str(document.get("description", "")), tuple(document.get("variants") or ())))
     return listed
 
@@ -104,6 +111,17 @@ def _find(path_or_name: str | Path) -> Path:
     names = [p.stem for p in sorted(_shipped_folder().glob("*.yaml"))]
     expected = f"expected a file or one of {', '.join(names)}"
     raise ScenarioError(f"{text}: no such scenario, {expected}{nearest_word(text, names)}")
+
+
+def _read(path: Path, source: str) -> tuple[dict[str, Any], dict[str, tuple[int, int]]]:
+    """The plain document of a file, and the positions of its fields."""
+    value, positions = read_file(path, source)
+    if value is None:
+        raise ScenarioError(f"{source}: is empty, expected a scenario")
+    if not isinstance(value, dict):
+        kind = "a list" if isinstance(value, list) else "a single value"
+        raise ScenarioError(f"{source}:1:1: {kind} stands at the top, expected fields such as `nodes:` and `goal:`")
+    return value, positions
 
 
 def _shown(path: Path) -> str:
@@ -149,8 +167,8 @@ class _Draft:
         self._overrides: dict[str, str] = {}
         self._spell_out()
 
-    def take_variants(self, variant: str | None) -> None:
-        """Takes the variants out of the document and merges the chosen one into it."""
+    def take_variants(self, variant: str | None) -> tuple[str, ...]:
+        """Takes the variants out of the document, merges the chosen one into it, and returns all their names."""
         variants = self.document.pop("variants", None) or {}
         if not isinstance(variants, dict):
             raise self._places.fault("variants", "expected a mapping from names to fields")
@@ -164,12 +182,13 @@ class _Draft:
                     message = "cannot stand in a variant" if field == "variants" else unknown_field(field, {})
                     raise self._places.fault(f"{path}.{field}", message)
         if variant is None:
-            return
+            return tuple(variants)
         if variant not in variants:
             offered = f"expected one of {', '.join(variants)}" if variants else "the scenario has none"
             raise ScenarioError(f"{self._source}: no variant '{variant}', {offered}{nearest_word(variant, variants)}")
         self._merge(self.document, variants[variant] or {}, "", f"variants.{variant}")
         self._spell_out()
+        return tuple(variants)
 
     def override(self, overrides: Overrides) -> None:
         """Sets single fields."""

@@ -7,6 +7,7 @@ word and `1e3` a number), and every limit is checked before memory is spent.
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from dataclasses import dataclass, field
@@ -132,17 +133,18 @@ class _Reader:
 
     def take(self, event: Any) -> None:
         """Takes the next event."""
-        if isinstance(event, yaml.ScalarEvent):
+        kind = type(event)
+        if kind is yaml.ScalarEvent:
             self._scalar(event)
-        elif isinstance(event, (yaml.SequenceStartEvent, yaml.MappingStartEvent)):
+        elif kind is yaml.SequenceStartEvent or kind is yaml.MappingStartEvent:
             self._open(event)
-        elif isinstance(event, (yaml.SequenceEndEvent, yaml.MappingEndEvent)):
+        elif kind is yaml.SequenceEndEvent or kind is yaml.MappingEndEvent:
             frame = self._frames.pop()
             if frame.anchor:
                 self._anchors[frame.anchor] = (frame.value, self._values - frame.started)
-        elif isinstance(event, yaml.AliasEvent):
+        elif kind is yaml.AliasEvent:
             self._alias(event)
-        elif isinstance(event, yaml.DocumentStartEvent):
+        elif kind is yaml.DocumentStartEvent:
             self._documents += 1
             if self._documents > 1:
                 raise self._fault(event, "a second document starts here, expected one scenario per file")
@@ -212,7 +214,7 @@ class _Reader:
         self._expanded += size
         if self._expanded > MAX_EXPANDED:
             raise self._fault(event, f"aliases stand for more than {MAX_EXPANDED} values", path)
-        self._put(event, path, value, size)
+        self._put(event, path, copy.deepcopy(value), size)
 
     def _next_path(self) -> str:
         if not self._frames:
@@ -229,13 +231,14 @@ class _Reader:
             self.value = value
             return
         frame = self._frames[-1]
-        if type(frame.value) is dict:
+        into = frame.value
+        if type(into) is dict:
             if frame.key is None:
                 raise self._fault(event, "a list or mapping stands where a key was expected", frame.path)
-            frame.value[frame.key] = value
+            into[frame.key] = value
             frame.key = None
         else:
-            frame.value.append(value)
+            into.append(value)
             mark = event.start_mark
             self.positions[path] = (mark.line + 1, mark.column + 1)
 
@@ -254,6 +257,8 @@ class _Reader:
         return value
 
     def _plain(self, event: Any, text: str, path: str) -> Any:
+        if len(text) < 19 and text.isdecimal() and text.isascii():  # most values of a large file
+            return int(text)
         if _INTEGER.match(text):
             if len(text) > 18:
                 raise self._fault(event, f"{text[:20]}... is out of range, expected at most 18 digits", path)
