@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable, Generator, Sequence
+from dataclasses import replace
 
 from colonysim.physics.robot import BUMPER, WheelSpeeds, wheel_speeds
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import Pose, wrap
-from colonysim.push.paths import ROBOT_CLEARANCE, FreeSpace, Obstacles, Point
+from colonysim.push.paths import ROBOT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings
 from colonysim.push.task import Chooser, Log, Manoeuvre, ManoeuvreResult, ignore
 
 Part = Generator[WheelSpeeds, None, str]
@@ -23,6 +24,7 @@ _FAULT_TICKS = 6
 _GUARD_TICKS = 10
 _LOOK_AHEAD = 0.9
 _PATIENCE = 12.0
+_FAR_ROBOT = 3.0
 _TOUCH = 0.12
 BACK_OFF = 0.35
 """Metres that a robot backs off from a box before it turns."""
@@ -186,7 +188,7 @@ class Pilot:
         until = self.scene.time + _PATIENCE
         while True:
             pose = self.pose
-            around = obstacles()
+            around = self.near(obstacles())
             path = FreeSpace(self.scene, around).path((pose.x, pose.y), goal)
             reason = "no way"
             if path is not None:
@@ -200,6 +202,12 @@ class Pilot:
                 return fault
             if reason == "stuck" and (fault := (yield from self.straight(-0.2, BACK_SPEED, "back"))) != "done":
                 return fault
+
+    def near(self, around: Surroundings) -> Surroundings:
+        """Without the robots that are far away: by the time this one gets there they may have left."""
+        here = self.pose
+        close = tuple(i for i in around.robots if math.dist(here[:2], self.scene.robot(i)[:2]) < _FAR_ROBOT)
+        return replace(around, robots=close)
 
     def _guard(self, obstacles: Obstacles) -> Callable[[Point], bool]:
         """Whether another robot is at a point ahead and would be approached by going there."""

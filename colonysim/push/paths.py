@@ -137,18 +137,30 @@ class FreeSpace:
 
     def _straighten(self, points: list[Point]) -> list[Point]:
         """Leave out the waypoints that a straight line can do without."""
+        points = _bends(points)
+        slack = self.slack(np.array([p[0] for p in points]), np.array([p[1] for p in points]))
         kept: list[Point] = []
         here = 0
         while here < len(points) - 1:
             ahead = len(points) - 1
             while ahead > here + 1:
-                worst = float(min(self.at(*points[k]) for k in range(here, ahead + 1)))
+                worst = float(slack[here : ahead + 1].min())
                 if self.along(points[here], points[ahead]) >= min(worst, _COMFORT / 2) - 0.01:
                     break
                 ahead -= 1
             kept.append(points[ahead])
             here = ahead
         return kept
+
+
+def _bends(points: list[Point]) -> list[Point]:
+    """The points without those inside straight runs of a grid."""
+    kept = points[:1]
+    for before, here, after in zip(points, points[1:], points[2:], strict=False):
+        bend = (here[0] - before[0]) * (after[1] - here[1]) - (here[1] - before[1]) * (after[0] - here[0])
+        if abs(bend) > 1e-6:
+            kept.append(here)
+    return [*kept, points[-1]]
 
 
 def surface(terrain: Terrain, x: Array, y: Array) -> Array:

@@ -225,7 +225,7 @@ def stage_part(
     while True:
         at = scene.box(box)
         pose = pilot.pose
-        space = FreeSpace(scene, around())
+        space = FreeSpace(scene, pilot.near(around()))
         for point in staging_points(scene, box, (at.x, at.y), heading, coarse):
             if space.path((pose.x, pose.y), point) is not None:
                 break
