@@ -19,7 +19,16 @@ import numpy.typing as npt
 
 from colonysim.errors import ColonysimError
 
-__all__ = ["Model", "ModelError", "load_arrays", "load_model", "replace_file", "save_arrays", "save_model", "shipped_models"]
+__all__ = [
+    "Model",
+    "ModelError",
+    "load_arrays",
+    "load_model",
+    "replace_file",
+    "save_arrays",
+    "save_model",
+    "shipped_models",
+]
 
 FORMAT = 1
 Arrays = Mapping[str, npt.NDArray[Any]]

@@ -14,6 +14,7 @@ from colonysim.push.replay import Batch
 
 __all__ = ["DoubleDQN", "double_dqn_target"]
 
+
 def double_dqn_target(
     form: Target,
     returns: torch.Tensor,
@@ -49,7 +50,7 @@ class DoubleDQN:
         self.updates = 0
         self._online = _module(start)
         self._target = _module(start)
-        self._optimizer = torch.optim.Adam(self._online.parameters(), lr=config.learning_rate)
+        self._optimizer = torch.optim.Adam(self._online.parameters(), lr=config.learning_rate, fused=True)
         self._loss: nn.Module = nn.SmoothL1Loss() if config.loss == "huber" else nn.MSELoss()
         # The views share memory with the parameters, so that acting always uses the newest weights.
         self.network = QNetwork(start.inputs, tuple(_layers(self._online)))

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from colonysim.push.controls import Control, control_speeds
-from colonysim.push.judging import Rules, Verdict, guard, judge, reward
+from colonysim.push.judging import OFF_NODE, Rules, Verdict, guard, judge, reward, short_of_node
 from colonysim.push.starts import Start
 from colonysim.push.state import State, observe
 
@@ -91,6 +91,11 @@ class Episode:
     def _judge(self, state: State) -> tuple[Verdict | None, str]:
         task = self.start.task
         verdict = judge(task, state, self.scene.robot(0), self.scene.box(0))
+        if verdict == "success" and self.rules.at_node and task.kind != "hole":
+            if short_of_node(state):
+                verdict = None
+            elif self.rules.guards and state.distance > OFF_NODE:
+                return "abort", "off_node"
         if verdict is not None:
             return verdict, verdict
         if fault := self.scene.robot_fault(0) or self.scene.box_fault(0):

@@ -7,7 +7,7 @@ from colonysim.physics import Pose
 from colonysim.push.state import HOLD, PIT_DEPTH, State
 from colonysim.push.task import Kind, PushTask
 
-__all__ = ["PAPER_RULES", "STEP_LIMIT", "Rules", "Verdict", "guard", "judge", "reward"]
+__all__ = ["OFF_NODE", "PAPER_RULES", "STEP_LIMIT", "Rules", "Verdict", "guard", "judge", "reward", "short_of_node"]
 
 Verdict = Literal["success", "failure", "abort"]
 
@@ -24,6 +24,9 @@ _CORRIDOR, _DRIFT = 0.15, 0.08
 _TIPPING = (0.62, 0.80)
 _TIPPING_OFFSET = 0.08
 _PAST = 0.012
+_ARRIVED = 0.03
+OFF_NODE = 0.10
+"""With guards a push that ends further beside its node than this has failed, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +43,8 @@ class Rules:
         success_bonus: Added to the reward of the action that succeeds.
         failure_penalty: Taken from the reward of the action that fails or is aborted.
         guards: Whether the aborts of the staged executor end an episode too.
+        at_node: On level ground an episode that fulfils the paper's success goes on until the box has come
+            along its line to the node itself, so that the learner does not stop .2 m before it.
         leash: A robot further than this from the box ends the episode, metres; None for no limit.
     """
 
@@ -51,6 +56,7 @@ class Rules:
     failure_penalty: float = 2.0
     guards: bool = True
     leash: float | None = 2.2
+    at_node: bool = True
 
     def step_limit(self, kind: Kind) -> int:
         """Most actions of an episode: the paper's simulated time, whatever the length of an action."""
@@ -66,6 +72,7 @@ PAPER_RULES = Rules(
     failure_penalty=0.0,
     guards=False,
     leash=None,
+    at_node=False,
 )
 """The paper's text verbatim."""
 
@@ -88,6 +95,11 @@ def judge(task: PushTask, state: State, robot: Pose, box: Pose) -> Verdict | Non
     if distance <= DONE and turn < _STRAIGHT:
         return "success"
     return "failure" if distance > _FAR or turn > _TURNED else None
+
+
+def short_of_node(state: State) -> bool:
+    """Whether a box that counts as arrived (D <= .2) could still be pushed on towards its node."""
+    return state.remaining > _ARRIVED and state.distance > _ARRIVED
 
 
 def guard(task: PushTask, state: State, started_at: float, corridor: float = _CORRIDOR) -> str | None:

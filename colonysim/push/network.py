@@ -13,7 +13,16 @@ from colonysim.push.cards import ModelError, load_model
 from colonysim.push.controls import CONTROLS
 from colonysim.push.state import FEATURES, features
 
-__all__ = ["INPUTS", "Inputs", "QNetwork", "encode", "load_network", "random_network"]
+__all__ = [
+    "INPUTS",
+    "Inputs",
+    "QNetwork",
+    "encode",
+    "load_network",
+    "network_from_arrays",
+    "network_ticks",
+    "random_network",
+]
 
 Inputs = Literal["state", "line"]
 Float = npt.NDArray[np.float32]
@@ -107,6 +116,18 @@ def load_network(source: str | Path = "push") -> QNetwork:
         raise ModelError(f"{source}: {error}") from None
 
 
+def network_ticks(source: str | Path = "push") -> int:
+    """T of a network's training: control ticks of one action.
+
+    Raises:
+        ModelError: The model is missing or damaged, or its card does not say.
+    """
+    ticks = load_model(source, "q-network").card.get("ticks")
+    if not isinstance(ticks, int) or ticks < 1:
+        raise ModelError(f"{source}: the card's ticks are {ticks!r}, expected a whole number of control ticks")
+    return ticks
+
+
 def random_network(inputs: Inputs, hidden: Sequence[int], rng: np.random.Generator) -> QNetwork:
     """An untrained network: uniform within 1 / sqrt(fan-in), biases too."""
     widths = [INPUTS[inputs], *hidden, CONTROLS]
@@ -117,5 +138,3 @@ def random_network(inputs: Inputs, hidden: Sequence[int], rng: np.random.Generat
         biases = rng.uniform(-bound, bound, widths[i + 1]).astype(np.float32)
         layers.append((weights, biases))
     return QNetwork(inputs, tuple(layers))
-
-

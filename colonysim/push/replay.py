@@ -47,9 +47,7 @@ class Replay:
     def sample(self, size: int, rng: np.random.Generator) -> Batch:
         """Draw transitions uniformly, with repetition."""
         i = rng.integers(len(self), size=size)
-        return Batch(
-            self.states[i], self.actions[i], self.returns[i], self.next_states[i], self.discounts[i]
-        )
+        return Batch(self.states[i], self.actions[i], self.returns[i], self.next_states[i], self.discounts[i])
 
     def dump(self) -> dict[str, npt.NDArray[Any]]:
         """What a checkpoint needs."""
@@ -97,9 +95,7 @@ class NStep:
         self._gamma = gamma
         self._pending: deque[_Pending] = deque()
 
-    def add(
-        self, state: Float, action: int, reward: float, next_state: Float, *, terminal: bool, over: bool
-    ) -> None:
+    def add(self, state: Float, action: int, reward: float, next_state: Float, *, terminal: bool, over: bool) -> None:
         """Add one action.
 
         Args:

@@ -130,9 +130,7 @@ def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:
     goal = (length * math.cos(line), length * math.sin(line))
     terrain, rim = _terrain(kind, starts, line, length)
     offset = float(rng.uniform(*starts.box_offset))
-    box = BoxSpec(
-        -offset * math.sin(line), offset * math.cos(line), 0.0, line + float(rng.uniform(*starts.box_yaw))
-    )
+    box = BoxSpec(-offset * math.sin(line), offset * math.cos(line), 0.0, line + float(rng.uniform(*starts.box_yaw)))
     while True:
         distance = float(rng.uniform(*starts.robot_distance))
         toward = line + float(rng.uniform(*starts.robot_bearing))
@@ -162,9 +160,7 @@ def _clear(robot: RobotSpec, box: BoxSpec, gap: float) -> bool:
     """Whether two rectangles keep a gap: some side of one of them separates all corners of the other."""
     mine, other = (robot.x, robot.y, robot.yaw), (box.x, box.y, box.yaw)
     robot_half, box_half = (BUMPER, HALF_WIDTH), (_HALF_BOX, _HALF_BOX)
-    return _separates(mine, robot_half, other, box_half, gap) or _separates(
-        other, box_half, mine, robot_half, gap
-    )
+    return _separates(mine, robot_half, other, box_half, gap) or _separates(other, box_half, mine, robot_half, gap)
 
 
 _Placed = tuple[float, float, float]

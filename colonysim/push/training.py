@@ -363,7 +363,5 @@ def _learner(start: QNetwork, config: TrainingConfig) -> "DoubleDQN":
     try:
         from colonysim.push.dqn import DoubleDQN
     except ImportError as error:
-        raise MissingExtraError(
-            f"training needs torch ({error}): pip install 'colonysim[train]'"
-        ) from error
+        raise MissingExtraError(f"training needs torch ({error}): pip install 'colonysim[train]'") from error
     return DoubleDQN(start, config.learner)

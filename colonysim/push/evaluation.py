@@ -1,0 +1,178 @@
+"""How well pushes go: single pushes by terrain, and chains of pushes."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from colonysim.push.choosing import Testing
+from colonysim.push.executors import ChooserName, Executor, ExecutorName, make_executor
+from colonysim.push.judging import STEP_LIMIT, STEP_TICKS, Rules, Verdict, judge, reward
+from colonysim.push.learned import CHECK_EVERY
+from colonysim.push.paths import everything_else
+from colonysim.push.seeds import Purpose, episode_rng
+from colonysim.push.starts import KINDS, Start, distribution, draw
+from colonysim.push.state import observe
+from colonysim.push.task import Kind, Log, Manoeuvre, ignore
+
+__all__ = ["Played", "evaluate_push", "play_push", "wilson"]
+
+_REWARDED = Rules(ticks=STEP_TICKS, cross_track_gain=0.0, success_bonus=0.0, failure_penalty=0.0)
+"""Paper Eq. 8 for each step of 50 ticks, its heading term held close to the goal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """One push that was judged.
+
+    Attributes:
+        success: Whether the paper's success conditions were met.
+        reason: `"success"`, `"failure"` (paper's table), `"timeout"` (step limit), a fault, or why the
+            executor gave up.
+        reward: Sum of paper Eq. 8.
+        seconds: Simulated seconds.
+        network_ticks: Control ticks that the network chose.
+        script_ticks: Control ticks that the script chose.
+    """
+
+    success: bool
+    reason: str
+    reward: float
+    seconds: float
+    network_ticks: int
+    script_ticks: int
+
+
+def wilson(successes: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
+    """Wilson's interval of a success rate, 95 % by default; the whole range for no trials."""
+    if trials == 0:
+        return 0.0, 1.0
+    share = successes / trials
+    scale = 1 + z * z / trials
+    middle = (share + z * z / (2 * trials)) / scale
+    half = z * math.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials)) / scale
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def evaluate_push(
+    push: ExecutorName = "staged",
+    *,
+    episodes: int = 200,
+    seed: int = 0,
+    terrains: Sequence[Kind] = KINDS,
+    chooser: ChooserName = "network",
+    model: str | Path | None = None,
+    testing: Testing = "greedy",
+    ticks: int | None = None,
+    starts: str = "push",
+    purpose: Purpose = Purpose.JUDGE,
+    on_progress: Callable[[Kind, int, int], None] | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Success and reward of single pushes from a frozen start distribution, by terrain.
+
+    An episode ends with the paper's success or failure conditions or at its step limit (50 / 100 / 50 steps
+    of 50 ticks); whatever an executor does within that time counts, staging and retries included.
+
+    Args:
+        push: The executor.
+        episodes: Episodes per terrain.
+        seed: Makes the episodes; together with `purpose` apart from those of training and tuning.
+        terrains: Which terrains.
+        chooser: What chooses in the network's place.
+        model: The network; None is the shipped one.
+        testing: How the network's values become choices.
+        ticks: T of the network's actions; None: what it was trained with.
+        starts: Name of a start distribution.
+        purpose: What the episodes are for: never choose anything by looking at `JUDGE`.
+        on_progress: Called after each episode with the terrain, episodes done, and successes so far.
+
+    Returns:
+        For each terrain `episodes`, `success`, `success_low` and `success_high` (Wilson, 95 %), `reward_mean`,
+        `reward_sd`, `seconds_mean`, `network_share` (of all control ticks) and `reasons` (counts).
+
+    Raises:
+        ModelError: The model is missing or damaged.
+        ValueError: An unknown name, or no episodes.
+    """
+    if episodes < 1:
+        raise ValueError(f"episodes is {episodes}, expected at least 1")
+    executor = make_executor(push, model=model, chooser=chooser, testing=testing, ticks=ticks)
+    chosen = distribution(starts)
+    found: dict[str, dict[str, Any]] = {}
+    for kind in terrains:
+        played: list[Played] = []
+        for i in range(episodes):
+            rng = episode_rng(purpose, seed, KINDS.index(kind), i)
+            start = draw(kind, chosen, rng)
+            played.append(play_push(start, executor, seed=int(rng.integers(2**32))))
+            if on_progress is not None:
+                on_progress(kind, i + 1, sum(p.success for p in played))
+        found[kind] = _summary(played)
+    return found
+
+
+def play_push(start: Start, executor: Executor, *, seed: int = 0, log: Log = ignore) -> Played:
+    """Run one push in a fresh scene until it succeeds, fails, or its step limit is reached."""
+    ticks = {"script": 0, "network": 0}
+
+    def count(chooser: Any, control: str, held: int) -> None:
+        ticks[chooser] += held
+        log(chooser, control, held)
+
+    task = start.task
+    with start.scene() as scene:
+        manoeuvre: Manoeuvre = executor(scene, 0, task, everything_else(scene, 0), count, seed)
+        state = before = observe(scene.robot(0), scene.box(0), task)
+        limit = STEP_LIMIT[task.kind] * STEP_TICKS
+        gained, reason = 0.0, "timeout"
+        verdict: Verdict | None = None
+        while scene.ticks < limit:
+            try:
+                speeds = next(manoeuvre)
+            except StopIteration as end:
+                reason = end.value.reason
+                state = observe(scene.robot(0), scene.box(0), task)
+                verdict = judge(task, state, scene.robot(0), scene.box(0))
+                break
+            scene.drive(0, speeds.left, speeds.right)
+            scene.tick()
+            if scene.ticks % CHECK_EVERY and scene.ticks % STEP_TICKS:
+                continue
+            state = observe(scene.robot(0), scene.box(0), task)
+            verdict = judge(task, state, scene.robot(0), scene.box(0))
+            if verdict is not None:
+                break
+            if scene.ticks % STEP_TICKS == 0:
+                if fault := scene.robot_fault(0) or scene.box_fault(0):
+                    reason = fault
+                    break
+                gained += reward(_REWARDED, before, state, None)
+                before = state
+        manoeuvre.close()
+        gained += reward(_REWARDED, before, state, verdict)
+        return Played(verdict == "success", verdict or reason, gained, scene.time, ticks["network"], ticks["script"])
+
+
+def _summary(played: Sequence[Played]) -> dict[str, Any]:
+    n = len(played)
+    wins = sum(p.success for p in played)
+    low, high = wilson(wins, n)
+    mean = sum(p.reward for p in played) / n
+    spread = math.sqrt(sum((p.reward - mean) ** 2 for p in played) / max(1, n - 1))
+    network = sum(p.network_ticks for p in played)
+    everything = network + sum(p.script_ticks for p in played)
+    reasons: dict[str, int] = {}
+    for p in played:
+        reasons[p.reason] = reasons.get(p.reason, 0) + 1
+    return {
+        "episodes": n,
+        "success": wins / n,
+        "success_low": low,
+        "success_high": high,
+        "reward_mean": mean,
+        "reward_sd": spread,
+        "seconds_mean": sum(p.seconds for p in played) / n,
+        "network_share": network / everything if everything else 0.0,
+        "reasons": reasons,
+    }

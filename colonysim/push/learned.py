@@ -1,0 +1,256 @@
+"""Pushes whose controls a network chooses: the paper's `rl`, and the network's part of `staged`."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from colonysim.physics import Scene, wrap
+from colonysim.push.choosing import Choose
+from colonysim.push.controls import control_speeds
+from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
+from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
+from colonysim.push.paths import Obstacles
+from colonysim.push.staging import Leg, face_for, in_place, legs_for, stage_part
+from colonysim.push.state import State, fold, observe
+from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
+
+__all__ = ["Gate", "StagedSettings", "rl_push", "staged_push"]
+
+Gate = Callable[[State], float]
+"""The chance that `rl` succeeds from a state."""
+
+CHECK_EVERY = 3
+_ON_AXIS = 0.10
+_SETTLE_SECONDS = 0.8
+_LEASH = 2.2
+_SLOW = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class StagedSettings:
+    """What may be chosen about a staged push.
+
+    Attributes:
+        ticks: T, control ticks of one action of the network.
+        tries: Pushes begun for one straight leg before it gives up.
+        limit: Simulated seconds before it gives up.
+        tolerance: A box this close to its node has arrived, metres.
+        accepted: A box this close counts as arrived when no try is left, metres.
+    """
+
+    ticks: int = 25
+    tries: int = 8
+    limit: float = 180.0
+    tolerance: float = 0.12
+    accepted: float = DONE
+
+
+def rl_push(
+    scene: Scene,
+    robot: int,
+    task: PushTask,
+    log: Log = ignore,
+    *,
+    choose: Choose,
+    ticks: int = STEP_TICKS,
+    gate: Gate | None = None,
+    threshold: float = 0.5,
+) -> Manoeuvre:
+    """The paper's push: the network chooses every control, from wherever the robot is.
+
+    Args:
+        scene: The scene.
+        robot: Index of the robot.
+        task: The push.
+        log: Told about every control.
+        choose: Chooses the controls.
+        ticks: T, control ticks of one action.
+        gate: The feasibility classifier; None begins every push.
+        threshold: Least chance of success, by the gate, of a push that is begun.
+
+    Returns:
+        A manoeuvre that ends with `"done"`, `"infeasible"` (refused by the gate, nothing has moved),
+        `"failure"` (paper's table), `"timeout"` (the step limit), or a fault of the robot or the box.
+    """
+    limit = STEP_LIMIT[task.kind] * STEP_TICKS
+    pilot = Pilot(scene, robot, log, limit * scene.tick_seconds * _SLOW)
+    state = _look(scene, robot, task)
+    if gate is not None and gate(state) < threshold:
+        return ManoeuvreResult(False, "infeasible")
+    reason, spent = "", 0
+    try:
+        while not reason:
+            control = choose(state)
+            for tick in range(1, ticks + 1):
+                fault = yield from pilot.hold(control.name.lower(), control_speeds(control, state), "network")
+                spent += 1
+                state = _look(scene, robot, task)
+                if fault:
+                    reason = fault
+                elif tick % CHECK_EVERY == 0 or tick == ticks:
+                    reason = _table(scene, robot, task, state)
+                if not reason and spent >= limit:
+                    reason = "timeout"
+                if reason:
+                    break
+            pilot.flush()
+    finally:
+        pilot.flush()
+    return ManoeuvreResult(reason == "done", reason, pilot.seconds, 1)
+
+
+def _table(scene: Scene, robot: int, task: PushTask, state: State) -> str:
+    verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
+    if verdict is None:
+        return scene.box_fault(task.box) or ""
+    return "done" if verdict == "success" else "failure"
+
+
+def staged_push(
+    scene: Scene,
+    robot: int,
+    task: PushTask,
+    obstacles: Obstacles,
+    log: Log = ignore,
+    *,
+    choose: Choose,
+    settings: StagedSettings | None = None,
+) -> Manoeuvre:
+    """A script drives the robot to a coarse pose behind the right face; from there the network decides.
+
+    The network aligns, approaches and pushes until the robot backs off. Guards give up a push that is going
+    wrong before it spoils anything: the robot backs off and is staged again. A robot that still stands at
+    the box from the push before is not staged at all.
+
+    Args:
+        scene: The scene.
+        robot: Index of the robot.
+        task: The push.
+        obstacles: What to stay away from, besides the box itself.
+        log: Told about every control, and whether the script or the network chose it.
+        choose: Chooses the controls of the network's part.
+        settings: Limits.
+
+    Returns:
+        A manoeuvre. Its reason is `"done"`; `"box stray"`, `"box askew to the pit"`, `"no staging pose"`,
+        `"blocked"`, `"timeout"`; why the last try was given up: `"off_line"`, `"off_line_at_edge"`,
+        `"past_goal"`, `"off_node"`, `"robot_far"`, `"slow"`, `"not seated"`; or a fault of the robot.
+    """
+    settings = settings or StagedSettings()
+    pilot = Pilot(scene, robot, log, settings.limit)
+    reason, tries, failed = "timeout", 0, 0
+    try:
+        while True:
+            end = _ended(scene, task, settings.accepted if failed >= settings.tries else settings.tolerance)
+            if end or failed >= settings.tries:
+                reason = end or reason
+                break
+            pit = None if task.pit is None else scene.terrain.pits[task.pit]
+            legs = legs_for(scene.box(task.box), task, pit)
+            if not legs:
+                reason = "box askew to the pit"
+                break
+            leg = legs[0]
+            tries += 1
+            if not in_place(pilot, task.box, leg.heading):
+                reason = yield from stage_part(pilot, task.box, leg.heading, obstacles, coarse=True)
+                if reason in ("no staging pose", "stuck") and _ended(scene, task, settings.accepted) == "done":
+                    reason = "done"
+                    break
+                if reason != "done":
+                    break
+            reason = yield from _network_part(pilot, _leg_task(scene, task, leg), choose, settings)
+            if reason == "done" and not leg.hole:
+                failed = 0
+                continue
+            if reason in _FAULTS:
+                break
+            failed += reason != "done"
+            if (fault := (yield from pilot.straight(-BACK_OFF, BACK_SPEED, "back"))) != "done":
+                reason = fault
+                break
+    finally:
+        pilot.flush()
+    return ManoeuvreResult(reason == "done", reason, pilot.seconds, tries)
+
+
+_FAULTS = frozenset({"timeout", "in_pit", "flipped", "fallen", "nan", "box fallen"})
+
+
+def _network_part(pilot: Pilot, task: PushTask, choose: Choose, settings: StagedSettings) -> Part:
+    """Let the network choose controls until the leg is done or a guard gives it up."""
+    scene, robot = pilot.scene, pilot.robot
+    state = _look(scene, robot, task)
+    started_at = state.cross_track
+    for _ in range(STEP_LIMIT[task.kind] * STEP_TICKS // settings.ticks):
+        control = choose(state)
+        reason = ""
+        for tick in range(1, settings.ticks + 1):
+            fault = yield from pilot.hold(control.name.lower(), control_speeds(control, state), "network")
+            if fault:
+                return fault
+            state = _look(scene, robot, task)
+            if tick % CHECK_EVERY == 0 or tick == settings.ticks:
+                reason = _leg_verdict(scene, robot, task, state, started_at, settings)
+                if reason:
+                    break
+        pilot.flush()
+        if reason == "done" and task.pit is not None:
+            if (fault := (yield from pilot.wait(_SETTLE_SECONDS))) != "done":
+                return fault
+            return "done" if scene.box_seated(task.box, scene.terrain.pits[task.pit]) else "not seated"
+        if reason:
+            return reason
+    return "slow"
+
+
+def _leg_verdict(
+    scene: Scene, robot: int, task: PushTask, state: State, started_at: float, settings: StagedSettings
+) -> str:
+    if scene.box_fault(task.box):
+        return "box fallen"
+    verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
+    if verdict == "success" and not (task.kind != "hole" and short_of_node(state)):
+        if task.kind == "hole" or state.distance <= settings.tolerance:
+            return "done"
+        return "off_node"
+    if math.hypot(state.x_box, state.y_box) > _LEASH:
+        return "robot_far"
+    return guard(task, state, started_at) or ""
+
+
+def _leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
+    """The leg as a push of its own, along the box's (or the pit's) own axis where that passes close by."""
+    kind: Kind = "hole" if leg.hole else ("slope" if task.kind == "slope" else "flat")
+    pit = None if not leg.hole or task.pit is None else scene.terrain.pits[task.pit]
+    if pit is not None:
+        axis = wrap(leg.heading - fold(leg.heading - pit.yaw))
+    else:
+        axis = face_for(scene.box(task.box), leg.heading).heading
+    offset = leg.length * math.sin(wrap(leg.heading - axis))
+    start = leg.start
+    if abs(offset) <= _ON_AXIS:
+        along = max(leg.length, 1.0)
+        start = (leg.goal[0] - along * math.cos(axis), leg.goal[1] - along * math.sin(axis))
+    return PushTask(task.box, start, leg.goal, kind, task.rim, task.pit if leg.hole else None)
+
+
+def _look(scene: Scene, robot: int, task: PushTask) -> State:
+    return observe(scene.robot(robot), scene.box(task.box), task)
+
+
+def _ended(scene: Scene, task: PushTask, tolerance: float) -> str:
+    """Why a push is over whatever the robot does; empty while it is not."""
+    if fault := scene.box_fault(task.box):
+        return "box stray" if fault == "fallen" else fault
+    pit = None if task.pit is None else scene.terrain.pits[task.pit]
+    box = scene.box(task.box)
+    if pit is not None and scene.box_seated(task.box, pit):
+        return "done"
+    half = scene.boxes[task.box].height / 2
+    for other in scene.terrain.pits:
+        if other is not pit and other.contains(box.x, box.y) and box.z < other.rim + half - 0.05:
+            return "box stray"
+    if pit is None and math.dist((box.x, box.y), task.goal) <= tolerance:
+        return "done"
+    return ""
