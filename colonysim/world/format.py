@@ -368,4 +368,15 @@ def scenario_schema() -> dict[str, Any]:
         "additionalProperties": False,
     }
     schema["title"] = "colonysim scenario"
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_tidy(schema)}
+
+
+def _tidy(node: Any) -> Any:
+    """Puts descriptions on one line, and leaves out the titles that only repeat field names."""
+    if isinstance(node, dict):
+        return {
+            key: " ".join(value.split()) if key == "description" and isinstance(value, str) else _tidy(value)
+            for key, value in node.items()
+            if not (key == "title" and isinstance(value, str) and "properties" not in node)
+        }
+    return [_tidy(item) for item in node] if isinstance(node, list) else node
