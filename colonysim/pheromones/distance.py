@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Literal
 
 from colonysim.pheromones.field import Write
@@ -16,9 +17,22 @@ __all__ = ["Distance", "extent"]
 
 
 def extent(world: World) -> float:
-    """The Euclidean distance from the goal to the node farthest from it, graph units."""
-    goal = world.scenario.goal
-    return max((world.topology.distance(i, goal) for i in range(len(world.topology))), default=0.0)
+    """The path distance from the goal to the node farthest from it along edges, whatever their heights, graph units.
+
+    With Euclidean distances instead, D would be clipped at 0 on every node whose way to the goal is a long detour.
+    """
+    topology = world.topology
+    far = {world.scenario.goal: 0.0}
+    queue = [(0.0, world.scenario.goal)]
+    while queue:
+        d, i = heappop(queue)
+        if d > far[i]:
+            continue
+        for j, length in zip(topology.neighbours[i], topology.lengths[i], strict=True):
+            if d + length < far.get(j, float("inf")):
+                far[j] = d + length
+                heappush(queue, (d + length, j))
+    return max(far.values())
 
 
 class Distance:

@@ -30,7 +30,7 @@ class StigmergySettings:
         epsilon_floor: It never decays below this.
         epsilon_decay: Factor by which it decays.
         epsilon_per: Whether it decays at each exploratory "choice" or once an "episode".
-        d_max: d_max in units of the farthest node's Euclidean distance to the goal.
+        d_max: d_max in units of the farthest node's distance to the goal along edges.
         distance_rule: "lrta" or "literal", see pheromones/distance.py.
         unvisited: D of an unvisited node: "straight" or "zero".
         updates: Whether D and H are updated on the "occupied" node only or "everywhere" (the oracle).

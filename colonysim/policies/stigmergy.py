@@ -116,7 +116,7 @@ class Stigmergy:
         if self._impatient(view):
             return None
         seconds = None if s.patience is None else (s.patience - view.waited) * view.edge_seconds
-        return Choice(Wait((node,), seconds, node if s.ask_to_clear else -1), memory)
+        return Choice(Wait(self._causes(view, (node,)), seconds, node if s.ask_to_clear else -1), memory)
 
     def _impatient(self, view: LocalView) -> bool:
         patience = self.settings.patience
@@ -197,7 +197,7 @@ class Stigmergy:
         if s.epsilon_per == "choice":
             memory = dataclasses.replace(memory, epsilon=max(s.epsilon_floor, memory.epsilon * s.epsilon_decay))
         if not nodes:
-            return Choice(Wait(tuple(view.neighbours)), memory, explored=True)
+            return Choice(Wait(self._causes(view, view.neighbours)), memory, explored=True)
         marks = view.fields["E"]
         chances = softmax([-marks.at(node) for node in nodes], s.beta)
         chosen = nodes[sample(chances, random)]
@@ -253,7 +253,7 @@ class Stigmergy:
             values.append(target[0])
             nodes, boxes = (*nodes, towards), (*boxes, box)
         if not values:
-            return Choice(Wait(tuple(view.neighbours)), memory)
+            return Choice(Wait(self._causes(view, view.neighbours)), memory)
         chances = softmax(values, self.settings.beta)
         i = sample(chances, random)
         if target is None or i < len(options):
@@ -275,8 +275,14 @@ class Stigmergy:
         if self._allowed(view, first):
             return Push(box, first, hole), committed
         seconds = self.settings.patience
-        return Wait((first,), None if seconds is None else seconds * view.edge_seconds), memory
+        return Wait(self._causes(view, (first,)), None if seconds is None else seconds * view.edge_seconds), memory
 
     def _allowed(self, view: LocalView, node: int) -> bool:
         """Whether the collision rule lets the agent go to a neighbour (Algorithm 8, or reservations)."""
         return view.free(node) and not (self.settings.collision == "two_node" and view.crowded(node))
+
+    def _causes(self, view: LocalView, nodes: Sequence[int]) -> tuple[int, ...]:
+        """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""
+        if self.settings.collision == "reservation":
+            return tuple(nodes)
+        return tuple(sorted({*nodes, *(j for node in nodes for j, _ in view.ways(node))}))

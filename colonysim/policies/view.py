@@ -159,13 +159,12 @@ class LocalView:
         return self._world.occupant[node] not in (-1, self.agent)
 
     def crowded(self, neighbour: int) -> bool:
-        """Whether Algorithm 8 forbids a neighbour: another agent is on it or on a node reachable from it."""
+        """Whether Algorithm 8 forbids a neighbour: another agent within sight is on it or next to it."""
         world = self._world
         if world.occupant[neighbour] not in (-1, self.agent):
             return True
         return any(
-            world.occupant[k] not in (-1, self.agent) and self.sees(k) and world.reachable(neighbour, k)
-            for k in world.topology.neighbours[neighbour]
+            world.occupant[k] not in (-1, self.agent) and self.sees(k) for k in world.topology.neighbours[neighbour]
         )
 
     @property
