@@ -18,7 +18,7 @@ from colonysim.world.intents import Push, Travel, Wait
 from colonysim.world.state import AgentStatus, World
 
 if TYPE_CHECKING:
-    from colonysim.backends.protocol import Backend
+    from colonysim.backends.protocol import Backend, Done
     from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Choice, Policy
     from colonysim.trace.schema import Sink
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
 
 __all__ = ["MODES", "make_backend", "make_policy", "simulate"]
+
+SHORTEST_WAIT = 1e-3
+"""In units of a travelled edge's time."""
 
 MODES = ("asynchronous", "synchronous")
 
@@ -275,7 +278,7 @@ class _Episode:
             outcome = yield from self._act(agent, intent)
             self._settle(agent, intent, outcome, began)
 
-    def _act(self, agent: int, intent: Intent) -> Generator[simpy.Event, Outcome, Outcome]:
+    def _act(self, agent: int, intent: Intent) -> Generator[simpy.Event, Any, Outcome]:
         done = self._start(agent, intent)
         if done is not None:
             yield self.env.timeout(done.seconds)
@@ -283,7 +286,8 @@ class _Episode:
         event = self.pending[agent] = self.env.event()
         if self.clock_wanted is not None:
             _trigger(self.clock_wanted)
-        return (yield event)
+        outcome: Outcome = yield event
+        return outcome
 
     def _wait(self, agent: int, wait: Wait) -> Generator[simpy.Event, Any, None]:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
@@ -292,29 +296,34 @@ class _Episode:
         event = self.woken[agent] = self.env.event()
         for node in wait.nodes:
             self.watchers.setdefault(node, {})[agent] = None
-        # Somebody may ask for the agent's own node to be cleared: that wakes it too.
-        self.watchers.setdefault(view.node, {})[agent] = None
         if wait.seconds is not None:
-            timer = self.env.timeout(max(wait.seconds, 0.0))
+            # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
+            timer = self.env.timeout(max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
             timer.callbacks.append(lambda _: _trigger(event))
-        if wait.clear >= 0:
+        if wait.clear >= 0 and world.clear_requests.get(wait.clear) != agent:
+            # Only a new request wakes its addressee: two carriers that ask each other would not stop otherwise.
+            self._withdraw_request(agent)
             world.clear_requests[wait.clear] = agent
-            if world.occupant[wait.clear] >= 0:
-                self._wake((wait.clear,), but=agent)
+            addressee = self.woken.get(world.occupant[wait.clear])
+            if addressee is not None:
+                _trigger(addressee)
         since = self.env.now
         yield event
         del self.woken[agent]
-        for node in (*wait.nodes, view.node):
-            self.watchers.get(node, {}).pop(agent, None)
-        if wait.clear >= 0 and world.clear_requests.get(wait.clear) == agent:
-            del world.clear_requests[wait.clear]
+        for node in wait.nodes:
+            self.watchers[node].pop(agent, None)
         view.waited += (self.env.now - since) / view.edge_seconds
 
-    def _wake(self, nodes: Iterable[int], but: int = -1) -> None:
+    def _withdraw_request(self, agent: int) -> None:
+        requests = self.world.clear_requests
+        for node in [node for node, asker in requests.items() if asker == agent]:
+            del requests[node]
+
+    def _wake(self, nodes: Iterable[int]) -> None:
         for node in sorted(nodes):
             for agent in self.watchers.get(node, ()):
                 event = self.woken.get(agent)
-                if agent != but and event is not None:
+                if event is not None:
                     _trigger(event)
 
     # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
@@ -326,7 +335,7 @@ class _Episode:
                 return
             choices = {agent: self._decide(agent) for agent in active}
             began = self.env.now
-            moving: dict[int, Generator[simpy.Event, Outcome, Outcome]] = {}
+            moving: dict[int, Generator[simpy.Event, Any, Outcome]] = {}
             timed = False
             for agent, choice in choices.items():
                 intent = choice.intent
@@ -411,7 +420,7 @@ class _Episode:
             return []
         return world.blockers(agent, places)
 
-    def _start(self, agent: int, intent: Intent) -> Any:
+    def _start(self, agent: int, intent: Intent) -> Done | None:
         self.steps[agent] += 1
         if self.world.begin(agent, intent) and isinstance(intent, Push):
             self._deposit("claim", agent, intent.box, intent.hole)
@@ -427,6 +436,8 @@ class _Episode:
             box, hole = intent.box, intent.hole
             action = "take" if world.box_node[box] == target else "push"
         changed = world.apply(agent, intent, outcome)
+        if world.clear_requests:
+            self._withdraw_request(agent)
         view.waited, view.refused = 0.0, None
         self.last_outcome = now
         self._record(
