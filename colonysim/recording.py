@@ -6,7 +6,9 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim.simulation import make_backend, make_policy, simulate
+from colonysim.errors import ColonysimError
+from colonysim.simulation import MODES, make_backend, make_policy, simulate
+from colonysim.suggest import nearest
 from colonysim.trace.manifest import build_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
@@ -78,6 +80,8 @@ def run(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, variant, overrides)
     # Whatever is wrong with the request is found before a directory is made for it.
+    if (mode or scenario.mode) not in MODES:
+        raise ColonysimError(f"no mode {mode!r}; {nearest(str(mode), MODES)}")
     chosen = make_policy(policy, scenario)
     body = make_backend(backend, backend_options)
     count = scenario.episodes if episodes is None else episodes

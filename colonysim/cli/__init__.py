@@ -1,0 +1,82 @@
+"""The command line: thin doors onto the functions that Python code calls. One module a command."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from colonysim.cli import backends, evaluate, export, plot, run, scenarios, schema, train, validate
+from colonysim.errors import ColonysimError
+
+__all__ = ["app", "main"]
+
+_EPILOG = """\b
+First steps:
+  colonysim scenarios                        which scenarios there are
+  colonysim run hard                         run one, in an instant
+  colonysim plot runs/hard-nodeworld-s0-1    draw its pheromones
+  colonysim run hard --backend bullet        the same colony as rigid bodies
+"""
+
+
+class Door(TyperGroup):
+    """The top-level command: a user's mistake becomes a message and exit code 2, never a traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except ColonysimError as error:
+            typer.echo(f"Error: {error}", err=True)
+            raise SystemExit(error.exit_code) from None
+        except KeyboardInterrupt:
+            typer.echo("Interrupted.", err=True)
+            raise SystemExit(130) from None
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """In the order in which one needs them."""
+        del ctx
+        return list(self.commands)
+
+
+app = typer.Typer(
+    cls=Door,
+    help="Simulate robot colonies that coordinate through marks left in the place itself.",
+    epilog=_EPILOG,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    # Rich's help would import Markdown and more: --help would take three times as long.
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+for module in (run, scenarios, validate, backends, schema, plot, export):
+    name = module.__name__.rpartition(".")[2]
+    app.command(name, epilog=module.EXAMPLES)(module.command)
+app.add_typer(train.app, name="train")
+app.add_typer(evaluate.app, name="evaluate")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from colonysim import __version__
+
+        typer.echo(f"colonysim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _top(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Show the version and leave."
+    ),
+) -> None:
+    # The text shown by --help is given to Typer above; a docstring here would take its place.
+    del version
+
+
+def main() -> None:
+    """The entry point of the `colonysim` command."""
+    app()

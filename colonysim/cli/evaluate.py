@@ -1,0 +1,78 @@
+"""`colonysim evaluate`: how well single pushes go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+__all__ = ["app"]
+
+_EXAMPLES = """\b
+Examples:
+  colonysim evaluate push --push staged --episodes 200
+  colonysim evaluate push --push rl --model models/mine/push.npz --episodes 200 --seed 1 --json
+"""
+_KEYS = ("episodes", "success", "success_low", "success_high", "reward_mean", "reward_sd")
+
+app = typer.Typer(help="Measure how well single pushes go.", no_args_is_help=True, rich_markup_mode=None)
+
+
+@app.callback()
+def _top() -> None:
+    # Keeps `push` a command of its own while it is the only one.
+    pass
+
+
+@app.command("push", epilog=_EXAMPLES)
+def push(
+    kind: Annotated[
+        Literal["rl", "staged", "scripted"],
+        typer.Option("--push", help="Learned, learned behind a scripted approach, or scripted."),
+    ] = "staged",
+    episodes: Annotated[int, typer.Option("--episodes", "-n", min=1, help="Pushes per terrain.")] = 200,
+    seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the episodes.")] = 0,
+    model: Annotated[
+        Path | None, typer.Option("--model", metavar="FILE", help="The network. [default: the one shipped]")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print results as one JSON object.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print results only, no progress.")] = False,
+) -> None:
+    """Measure success and reward of single pushes on flat ground, up a slope and into a hole.
+
+    Success comes with its 95 % interval (Wilson). The starts are drawn apart from those of training.
+    """
+    from colonysim.cli.console import print_json, print_table
+    from colonysim.cli.extras import need_bullet
+    from colonysim.cli.progress import Bar
+
+    need_bullet()
+    from colonysim.push.evaluation import evaluate_push
+
+    done = 0
+    with Bar(f"pushing ({kind})", 3 * episodes, quiet) as bar:
+
+        def show(terrain: str, number: int, successes: int) -> None:
+            nonlocal done
+            done += 1
+            bar.move(done)
+            if number == episodes:
+                bar.line(f"{terrain}: {successes} of {episodes} pushes succeeded")
+
+        found = evaluate_push(kind, episodes=episodes, seed=seed, model=model, on_progress=show)
+    results = {terrain: {key: values[key] for key in _KEYS} for terrain, values in found.items()}
+    if as_json:
+        print_json(results)
+        return
+    rows = [
+        (
+            terrain,
+            f"{values['success']:.3f}",
+            f"{values['success_low']:.3f} to {values['success_high']:.3f}",
+            f"{values['reward_mean']:.2f} ± {values['reward_sd']:.2f}",
+        )
+        for terrain, values in results.items()
+    ]
+    title = f"push {kind} · {episodes} episodes per terrain · seed {seed}"
+    print_table(("terrain", ">success", ">95 % interval", ">reward"), rows, title)

@@ -1,0 +1,25 @@
+"""Lists of numbers as people type them."""
+
+from __future__ import annotations
+
+import re
+
+import typer
+
+__all__ = ["read_numbers"]
+
+
+def read_numbers(text: str) -> tuple[int, ...]:
+    """Reads "1,3,10" and "1-5,8".
+
+    Raises:
+        typer.BadParameter: It is neither.
+    """
+    numbers: list[int] = []
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d{1,9})\s*(?:-\s*(\d{1,9})\s*)?", part)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if not 0 <= last - first < 100_000:
+            raise typer.BadParameter(f"{text!r} is no list of numbers; expected one such as 1,3,10 or 1-5")
+        numbers.extend(range(first, last + 1))
+    return tuple(dict.fromkeys(numbers))

@@ -1,0 +1,59 @@
+"""`colonysim plot`: draw a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+__all__ = ["EXAMPLES", "command"]
+
+EXAMPLES = """\b
+Examples:
+  colonysim plot runs/hard-nodeworld-s0-1
+  colonysim plot runs/hard-nodeworld-s0-1 --what H,B --hole 29 --box 3 --episodes 1,3,10 -f pdf
+"""
+
+
+def command(
+    path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    what: Annotated[
+        str,
+        typer.Option("--what", "-w", help="Comma-separated: D, E, H, B, map, trajectories, episodes."),
+    ] = "D,E,H,B,map,trajectories,episodes",
+    episodes: Annotated[
+        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="first, some between, last")
+    ] = None,
+    hole: Annotated[
+        int | None, typer.Option("--hole", help="Node of the hole whose H is drawn.", show_default="the first")
+    ] = None,
+    box: Annotated[
+        int | None, typer.Option("--box", help="Box whose B is drawn.", show_default="all, a row each")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="DIR", help="Where to put the images.", show_default="plots/ in the run directory"
+        ),
+    ] = None,
+    kind: Annotated[Literal["png", "svg", "pdf"], typer.Option("--format", "-f", help="File format.")] = "png",
+) -> None:
+    """Draw a run: pheromones, map, trajectories, results.
+
+    D distance, E exploration, H of a hole, B of a box: a panel an
+    episode, as at its end. map shows boxes, holes, agents and blocked edges (red slashes) at the start
+    and the end, trajectories the ways of agents (pink) and boxes (blue), episodes steps and
+    success by episode.
+    """
+    from colonysim.cli.extras import need
+    from colonysim.cli.numbers import read_numbers
+    from colonysim.trace.reader import Run
+
+    need("matplotlib", "plot", "drawing")
+    from colonysim.plots import draw
+
+    wanted = tuple(dict.fromkeys(word.strip() for word in what.split(",") if word.strip()))
+    chosen = None if episodes is None else read_numbers(episodes)
+    for image in draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind):
+        typer.echo(str(image))

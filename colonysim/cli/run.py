@@ -1,0 +1,157 @@
+"""`colonysim run`: run a scenario and record it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import Event
+
+__all__ = ["EXAMPLES", "command"]
+
+EXAMPLES = """\b
+Examples:
+  colonysim run hard
+  colonysim run hard --variant r5-6 --seed 7 --episodes 10 --json
+  colonysim run my.yaml --policy paper --set policy.beta=2 --set detection_radius=20
+  colonysim run hard --backend bullet --push staged --out runs/physics
+  colonysim run hard --backend bullet --from runs/hard-nodeworld-s0-1 --episodes 3
+"""
+
+_SCENARIO = "A scenario file, or the name of a scenario that comes with colonysim (`colonysim scenarios`)."
+
+
+def command(
+    scenario: Annotated[str, typer.Argument(help=_SCENARIO, show_default=False)],
+    variant: Annotated[
+        str | None,
+        typer.Option("--variant", "-v", help="One of the scenario's variants."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set a field of the scenario, such as policy.beta=2; may be given again.",
+        ),
+    ] = None,
+    backend: Annotated[
+        str,
+        typer.Option("--backend", "-b", help="What moves the robots; see `colonysim backends`."),
+    ] = "nodeworld",
+    policy: Annotated[
+        str | None,
+        typer.Option(
+            "--policy",
+            "-p",
+            help="What decides: a name, or package.module:Name. [default: the scenario's]",
+        ),
+    ] = None,
+    mode: Annotated[
+        Literal["asynchronous", "synchronous"] | None,
+        typer.Option(help="Agents act when they are ready, or all at once. [default: the scenario's]"),
+    ] = None,
+    episodes: Annotated[
+        int | None,
+        typer.Option("--episodes", "-n", min=1, help="How many. [default: the scenario's]"),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the run.")] = 0,
+    start: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="RUN", help="Start with the pheromones that this run ended with."),
+    ] = None,
+    push: Annotated[
+        Literal["rl", "staged", "scripted"] | None,
+        typer.Option(help="How robots push: learned, learned behind a scripted approach, or scripted (bullet only)."),
+    ] = None,
+    gui: Annotated[bool, typer.Option("--gui", help="Show the physics in a window (bullet only).")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="DIR", help="Where to record; absent or empty. [default: a new directory in runs/]"
+        ),
+    ] = None,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Record nothing; results only.")] = False,
+    no_decisions: Annotated[
+        bool,
+        typer.Option("--no-decisions", help="Leave out candidates and probabilities."),
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print results as one JSON object.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print results only, no progress.")] = False,
+) -> None:
+    """Run a scenario and record it in a run directory.
+
+    Progress goes to standard error, results to standard output. Ctrl-C ends the run; what
+    it had recorded until then stays readable.
+    """
+    from colonysim.cli.console import print_json, say
+    from colonysim.cli.progress import Bar
+    from colonysim.cli.results import print_results, results
+    from colonysim.recording import run
+    from colonysim.world.loading import load_scenario
+
+    options = _backend_options(backend, push, gui)
+    loaded = load_scenario(scenario, variant, settings)
+    count = loaded.episodes if episodes is None else episodes
+    begun: list[Run] = []
+    with Bar(f"{loaded.name} on {backend}", count, quiet) as bar:
+        watch = _Watch(bar, loaded.max_steps)
+        try:
+            recorded = run(
+                loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
+                episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
+                backend_options=options, on_start=begun.append, on_event=watch,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
+            done = len(begun[0].episodes) if begun else 0
+            say(f"Interrupted after {done} of {count} episodes.{where}")
+            raise SystemExit(130) from None
+    if as_json:
+        print_json(results(recorded))
+    else:
+        print_results(recorded)
+
+
+class _Watch:
+    """Turns events into progress: a line per episode, and how far the current one has come."""
+
+    def __init__(self, bar: Any, max_steps: int) -> None:
+        self._bar = bar
+        self._expected = max_steps
+        self._step = 0
+
+    def __call__(self, event: Event, run: Run) -> None:
+        done = len(run.episodes)
+        if event.kind == "episode":
+            result = run.episodes[-1]
+            self._expected, self._step = max(result.steps, 1), 0
+            self._bar.line(
+                f"episode {result.episode:3d}: {result.steps:3d} steps, success {result.success:.2f}, "
+                f"{result.ended}, {result.sim_seconds:.1f} s simulated in {result.wall_seconds:.1f} s"
+            )
+        else:
+            self._step = max(self._step, event.step)
+        self._bar.move(done + min(self._step / self._expected, 0.95))
+
+
+def _backend_options(backend: str, push: str | None, gui: bool) -> dict[str, Any]:
+    from colonysim.errors import ColonysimError
+
+    options: dict[str, Any] = {}
+    if push is not None:
+        options["push"] = push
+    if gui:
+        options["gui"] = True
+    if options and backend == "nodeworld":
+        named = " and ".join(f"--{name}" for name in options)
+        raise ColonysimError(f"{named}: the node world has no bodies; add --backend bullet")
+    if backend == "bullet":
+        from colonysim.cli.extras import need_bullet
+
+        need_bullet()
+    return options

@@ -1,0 +1,38 @@
+"""`colonysim scenarios`: list the scenarios that come with the package, or print one."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+__all__ = ["EXAMPLES", "command"]
+
+EXAMPLES = """\b
+Examples:
+  colonysim scenarios
+  colonysim scenarios hard > mine.yaml
+"""
+
+
+def command(
+    name: Annotated[str | None, typer.Argument(help="Print this scenario's file.", show_default=False)] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+) -> None:
+    """List the scenarios that come with colonysim, or print one."""
+    from colonysim.cli.console import print_json, print_table
+    from colonysim.errors import ScenarioError
+    from colonysim.suggest import nearest
+    from colonysim.world.loading import list_scenarios
+
+    listed = list_scenarios()
+    if name is not None:
+        found = {each: path for each, path, _, _ in listed}
+        if name not in found:
+            raise ScenarioError(f"no scenario {name!r}; {nearest(name, found)}")
+        typer.echo(found[name].read_text(encoding="utf-8"), nl=False)
+    elif as_json:
+        print_json([{"name": n, "path": str(p), "description": d, "variants": list(v)} for n, p, d, v in listed])
+    else:
+        rows = [(each, description, ", ".join(variants)) for each, _, description, variants in listed]
+        print_table(("name", "description", "variants"), rows)

@@ -1,0 +1,86 @@
+"""`colonysim train`: the push skill and the classifier that says whether a push will work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from colonysim.push.training import Progress
+
+__all__ = ["app"]
+
+_PUSH = """\b
+Examples:
+  colonysim train push --out models/mine
+  colonysim train push --preset paper --seed 3 --out models/paper
+  colonysim train push --out models/mine --resume
+"""
+_FEASIBILITY = """\b
+Example:
+  colonysim train feasibility --seed 1 --out models/feasibility
+"""
+
+app = typer.Typer(
+    help="Train the push, or the classifier that foresees its success.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@app.command("push", epilog=_PUSH)
+def push(
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write model, history and checkpoint.")
+    ],
+    preset: Annotated[str, typer.Option(help="A named configuration: improved or paper.")] = "improved",
+    seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the training.")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in DIR.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Train the push by reinforcement learning (Double DQN).
+
+    Writes the network as plain arrays with a JSON card. A training that was stopped, with Ctrl-C for
+    instance, goes on from its last checkpoint with --resume.
+    """
+    from colonysim.cli.extras import need, need_bullet
+    from colonysim.cli.progress import Bar
+    from colonysim.errors import ColonysimError
+    from colonysim.suggest import nearest
+
+    need_bullet()
+    need("torch", "train", "training")
+    from colonysim.push.presets import PRESETS
+    from colonysim.push.training import train_push
+
+    if preset not in PRESETS:
+        raise ColonysimError(f"no preset {preset!r}; {nearest(preset, PRESETS)}")
+    with Bar(f"training the push ({preset})", 1.0, quiet) as bar:
+
+        def show(progress: Progress) -> None:
+            kinds = ", ".join(f"{kind} {rate:.2f}" for kind, rate in progress.by_kind.items())
+            bar.line(
+                f"{progress.episodes:5d} episodes: success {progress.success:.2f} ({kinds}), "
+                f"reward {progress.reward:.2f}, epsilon {progress.epsilon:.3f}"
+            )
+            bar.move(progress.share)
+
+        trained = train_push(preset, out, seed, resume=resume, on_progress=show)
+    if trained is not None:
+        typer.echo(f"{trained.card}: best after {trained.peak_episode} episodes")
+
+
+@app.command("feasibility", epilog=_FEASIBILITY)
+def feasibility(
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write the model.")],
+    seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the training.")] = 0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Train the classifier that tells from geometry whether a push will succeed."""
+    from colonysim.cli.extras import need, need_bullet
+
+    need_bullet()
+    need("sklearn", "train", "training")
+    from colonysim.push.feasibility import train_feasibility
+
+    train_feasibility(out, seed)

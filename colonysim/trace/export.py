@@ -1,0 +1,79 @@
+"""Tables of a run in formats that other programs read."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import sys
+from typing import TYPE_CHECKING, Any, Literal
+
+from colonysim.errors import TraceError
+from colonysim.suggest import nearest
+from colonysim.trace.schema import TABLES
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+
+    from colonysim.trace.reader import Run
+
+__all__ = ["KINDS", "export"]
+
+KINDS: tuple[Kind, ...] = ("csv", "json", "parquet")
+Kind = Literal["csv", "json", "parquet"]
+
+
+def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collection[int] | None = None) -> int:
+    """Writes a table of a run.
+
+    Args:
+        run: The run.
+        table: Name of the table.
+        kind: "csv" (lists as numbers parted by spaces), "json" (one list of objects) or "parquet".
+        out: The file; replaced in one step. None for standard output.
+        episodes: Only these.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        TraceError: No such table, a damaged part, or the file cannot be written.
+    """
+    if table not in TABLES:
+        raise TraceError(f"no table {table!r} in a trace; {nearest(table, TABLES)}")
+    rows = run.table(table)
+    if episodes is not None:
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        rows = rows.filter(pc.is_in(rows["episode"], pa.array(sorted(episodes), type=pa.int64())))
+    if out is None:
+        sys.stdout.write(_text(rows, kind))
+        return int(rows.num_rows)
+    temporary = out.with_name(f".{out.name}.tmp")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if kind == "parquet":
+            import pyarrow.parquet as pq
+
+            pq.write_table(rows, temporary)
+        else:
+            temporary.write_text(_text(rows, kind), encoding="utf-8", newline="")
+        os.replace(temporary, out)  # noqa: PTH105
+    except OSError as error:
+        raise TraceError(f"{out}: cannot be written: {error.strerror or error}") from error
+    return int(rows.num_rows)
+
+
+def _text(rows: Any, kind: Kind) -> str:
+    if kind == "json":
+        return json.dumps(rows.to_pylist(), ensure_ascii=False, indent=1) + "\n"
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(rows.column_names)
+    columns = [column.to_pylist() for column in rows.columns]
+    for row in zip(*columns, strict=True):
+        writer.writerow([" ".join(map(str, value)) if isinstance(value, list) else value for value in row])
+    return text.getvalue()
