@@ -15,7 +15,7 @@ from colonysim.push.driving import STAGING_SPEED, Part, Pilot, in_frame
 from colonysim.push.paths import PIT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings, surface
 from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
-MAX_MISMATCH = 0.35
+MAX_MISMATCH = 0.4
 """A face this far off the push line straightens itself at the bumper, radians."""
 COARSE_NEAR, COARSE_FAR = 1.15, 1.6
 """Distances from the box's centre between which a coarse handover leaves the robot, metres."""
@@ -113,9 +113,17 @@ def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
     square = abs(quarter(direction - box.yaw)) <= MAX_MISMATCH
     axes = box.yaw
     if pit is not None:
-        if square and abs(quarter(direction - pit.yaw)) <= _PIT_MISMATCH:
+        if pit.contains(*here):
+            # It hangs at an edge: its own place says nothing about the direction it came from.
+            off = quarter(task.line - pit.yaw)
+            line = task.line if abs(off) <= _PIT_MISMATCH else task.line - off
+            return (Leg((goal[0] - math.cos(line), goal[1] - math.sin(line)), goal, True),)
+        towards = abs(quarter(direction - pit.yaw)) <= _PIT_MISMATCH
+        askew = abs(quarter(box.yaw - pit.yaw)) > MAX_MISMATCH
+        if towards and (square or askew):
+            # An askew box turns at the bumper while it is pushed; that may take a second try.
             return (Leg(here, goal, True),)
-        if abs(quarter(box.yaw - pit.yaw)) > MAX_MISMATCH:
+        if askew:
             return ()
         axes = pit.yaw
     elif square:

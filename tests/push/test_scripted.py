@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("pybullet")
 
-from colonysim.physics import BoxSpec, Ground, Pit, Ramp, RobotSpec, Scene, Terrain
+from colonysim.physics import BoxSpec, Ground, Pit, Pose, Ramp, RobotSpec, Scene, Terrain
 from colonysim.push import (
     PushSettings,
     PushTask,
@@ -22,6 +22,7 @@ from colonysim.push import (
     scripted_push,
     stage,
 )
+from colonysim.push.staging import legs_for
 
 GROUND = Ground(-6, -6, 6, 6, 0.0)
 FLAT = Terrain((GROUND,))
@@ -99,6 +100,20 @@ def test_diagonal_is_split_and_the_box_keeps_its_yaw():
         assert plan.margin > 0
         assert push(scene, task).success
         assert abs(scene.box(0).yaw) < 0.05
+
+
+def test_a_box_that_hangs_at_the_edge_is_pressed_in_from_where_it_came():
+    pit = Pit(2.0, 1.0, 0.1)
+    task = PushTask(0, (0, 1), (2.0, 1.0), "hole", 0.0, 0)
+    (leg,) = legs_for(Pose(2.05, 1.08, 0.0, 0.0, 0.25, 0.02), task, pit)
+    assert leg.hole
+    assert leg.heading == pytest.approx(0.0)
+
+
+def test_an_askew_box_straightens_on_its_way_to_the_pit():
+    pit = Pit(2.4, 0.0, 0.0)
+    with Scene(Terrain((GROUND,), (pit,)), [BoxSpec(0, 0, 0, 0.5)], [RobotSpec(-2, 0, 0, 0)]) as scene:
+        assert push(scene, PushTask(0, (0, 0), (2.4, 0), "hole", 0.0, 0)).success
 
 
 def test_no_room_behind_the_box_is_a_reason_not_a_hang():
