@@ -37,6 +37,10 @@ class LearnerConfig:
     target_share: float = 0.005
 
 
+IMPROVED_LEARNER = LearnerConfig()
+IMPROVED_RULES = Rules()
+
+
 @dataclass(frozen=True, slots=True)
 class StartMix:
     """A share of the episodes that begins in one of the distributions of `starts.json`.
@@ -88,7 +92,7 @@ class TrainingConfig:
     name: str
     inputs: Inputs = "line"
     hidden: tuple[int, ...] = (200, 200, 200)
-    learner: LearnerConfig = LearnerConfig()
+    learner: LearnerConfig = IMPROVED_LEARNER
     gamma: float = 0.985
     steps: int = 4
     buffer: int = 100_000
@@ -105,7 +109,7 @@ class TrainingConfig:
     train_block: int = 20
     test_block: int = 20
     testing: Testing = "greedy"
-    rules: Rules = Rules()
+    rules: Rules = IMPROVED_RULES
     kinds: tuple[tuple[Kind, float], ...] = (("flat", 0.4), ("slope", 0.25), ("hole", 0.35))
     starts: tuple[StartMix, ...] = (
         StartMix("push_wide", 0.5, guards=False),

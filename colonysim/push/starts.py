@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 
@@ -74,10 +75,9 @@ class Start:
 
 
 @cache
-def _entries() -> dict[str, dict[str, object]]:
+def _entries() -> dict[str, Any]:
     text = files("colonysim.push").joinpath("starts.json").read_text(encoding="utf-8")
-    entries: dict[str, dict[str, object]] = {k: v for k, v in json.loads(text).items() if k != "about"}
-    return entries
+    return {k: v for k, v in json.loads(text).items() if k != "about"}
 
 
 def start_names() -> tuple[str, ...]:
@@ -95,26 +95,23 @@ def distribution(name: str) -> Distribution:
         raise ValueError(f"no start distribution {name!r}; there are {', '.join(start_names())}")
     entry = _entries()[name]
 
-    def pair(key: str) -> Range:
-        low, high = entry[key]  # type: ignore[misc]
-        return float(low), float(high)
-
-    goal: dict[Kind, Range] = {}
-    ranges = entry["goal"]
-    for kind in KINDS:
-        low, high = ranges[kind]  # type: ignore[index]
-        goal[kind] = (float(low), float(high))
+    goal = entry["goal"]
     return Distribution(
-        goal=goal,
-        slope_angle=float(str(entry["slope_angle"])),
-        slope_margin=float(str(entry["slope_margin"])),
-        box_offset=pair("box_offset"),
-        box_yaw=pair("box_yaw"),
-        robot_distance=pair("robot_distance"),
-        robot_bearing=pair("robot_bearing"),
-        robot_heading=pair("robot_heading"),
-        clearance=float(str(entry["clearance"])),
+        goal={kind: _range(goal[kind]) for kind in KINDS},
+        slope_angle=float(entry["slope_angle"]),
+        slope_margin=float(entry["slope_margin"]),
+        box_offset=_range(entry["box_offset"]),
+        box_yaw=_range(entry["box_yaw"]),
+        robot_distance=_range(entry["robot_distance"]),
+        robot_bearing=_range(entry["robot_bearing"]),
+        robot_heading=_range(entry["robot_heading"]),
+        clearance=float(entry["clearance"]),
     )
+
+
+def _range(pair: list[float]) -> Range:
+    low, high = pair
+    return float(low), float(high)
 
 
 def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:

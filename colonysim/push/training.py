@@ -277,13 +277,11 @@ class _Run:
         self.epsilon = note["epsilon"]
         self.episodes, self.actions, self.tests, self.counted = note["counts"]
         self.history = [Progress(**p) for p in note["history"]]
-        self.candidates = [
-            _Candidate(*values, {
-                key.removeprefix(f"candidate{i}_"): array
-                for key, array in arrays.items() if key.startswith(f"candidate{i}_")
-            })
-            for i, values in enumerate(note["candidates"])
-        ]  # fmt: skip
+        self.candidates = []
+        for i, (score, reward, episode) in enumerate(note["candidates"]):
+            prefix = f"candidate{i}_"
+            kept = {key.removeprefix(prefix): a for key, a in arrays.items() if key.startswith(prefix)}
+            self.candidates.append(_Candidate(score, reward, episode, kept))
 
     def finish(self, name: str) -> Trained:
         """Let the best candidates play off, write the winner."""
