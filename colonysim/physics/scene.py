@@ -67,9 +67,7 @@ class Scene:
             )
             for b in boxes
         ]
-        self._tractions: list[Traction | None] = [
-            Traction(self._engine, build_robot(self._engine, r)) for r in robots
-        ]
+        self._tractions: list[Traction | None] = [Traction(self._engine, build_robot(self._engine, r)) for r in robots]
         self._tilted = [0] * len(self._tractions)
 
     @property
@@ -191,11 +189,12 @@ class Scene:
 
     def pit_filled(self, pit: Pit, step: float = 0.06) -> bool:
         """Whether boxes fill a pit to within `step` metres of its rim, so that a robot can cross it."""
-        return any(
-            pose.z + spec.height / 2 > pit.rim - step and self.box_seated(i, pit)
-            for i, spec in enumerate(self.boxes)
-            if (pose := self.box(i)) and pose.z < pit.rim and pit.contains(pose.x, pose.y)
-        )
+        for i, spec in enumerate(self.boxes):
+            pose = self.box(i)
+            level = pit.rim - step < pose.z + spec.height / 2 and pose.z < pit.rim
+            if level and self.box_seated(i, pit):
+                return True
+        return False
 
     def close(self) -> None:
         """Free the engine; calling it twice is allowed."""

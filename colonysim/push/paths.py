@@ -63,14 +63,11 @@ def everything_else(scene: Scene, robot: int) -> Obstacles:
 
     def look() -> Surroundings:
         pits = scene.terrain.pits
-        sunk = {
-            i
-            for i in range(len(scene.boxes))
-            if (box := scene.box(i)) and any(p.contains(box.x, box.y) and box.z < p.rim for p in pits)
-        }
+        places = [scene.box(i) for i in range(len(scene.boxes))]
+        standing = [not any(pit.contains(box.x, box.y) and box.z < pit.rim for pit in pits) for box in places]
         return Surroundings(
             robots=tuple(i for i in range(scene.robot_count) if i != robot and scene.has_robot(i)),
-            boxes=tuple(i for i in range(len(scene.boxes)) if i not in sunk),
+            boxes=tuple(i for i, stands in enumerate(standing) if stands),
             open_pits=tuple(i for i, pit in enumerate(pits) if not scene.pit_filled(pit)),
         )
 
@@ -87,15 +84,15 @@ class FreeSpace:
 
     def __init__(self, scene: Scene, around: Surroundings) -> None:
         self._terrain = scene.terrain
-        self._squares = [
-            (pose.x, pose.y, pose.yaw, scene.boxes[i].length / 2, BOX_CLEARANCE)
-            for i in around.boxes
-            if (pose := scene.box(i))
-        ]
+        self._squares: list[tuple[float, float, float, float, float]] = []
+        for i in around.boxes:
+            box = scene.box(i)
+            self._squares.append((box.x, box.y, box.yaw, scene.boxes[i].length / 2, BOX_CLEARANCE))
         for i in around.open_pits:
             pit = scene.terrain.pits[i]
             self._squares.append((pit.x, pit.y, pit.yaw, pit.side / 2, PIT_CLEARANCE))
-        self._discs = [(p.x, p.y, ROBOT_CLEARANCE) for i in around.robots if (p := scene.robot(i))]
+        others = [scene.robot(i) for i in around.robots]
+        self._discs = [(other.x, other.y, ROBOT_CLEARANCE) for other in others]
         self._discs += around.discs
 
     def slack(self, x: Array, y: Array) -> Array:
