@@ -272,7 +272,9 @@ class _Episode:
             if blockers:
                 view = self.views[agent]
                 view.refused = intent
-                yield from self._wait(agent, Wait(tuple(blockers), view.edge_seconds))
+                # A carrier asks whoever stands in the way to go; others choose again after a while.
+                clear = blockers[0] if isinstance(intent, Push) else -1
+                yield from self._wait(agent, Wait(tuple(blockers), view.edge_seconds, clear))
                 continue
             began = self.env.now
             outcome = yield from self._act(agent, intent)

@@ -1,0 +1,342 @@
+"""Rigid bodies: robots that drive and push in PyBullet, all on one clock."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from colonysim.backends.layout import lay_out
+from colonysim.backends.protocol import Done, Finished, TraceRow
+from colonysim.backends.traffic import Traffic
+from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene
+from colonysim.push.driving import TRAVEL_SPEED, drive_to
+from colonysim.push.executors import EXECUTORS, make_executor
+from colonysim.push.paths import Surroundings, everything_else
+from colonysim.push.staging import plan_push, staging_points
+from colonysim.push.task import PushTask
+from colonysim.suggest import nearest
+from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from colonysim.push.executors import Executor
+    from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
+    from colonysim.randomness import Streams
+    from colonysim.world.intents import Intent
+    from colonysim.world.state import Place, World
+
+__all__ = ["Bullet"]
+
+POSE_TICKS = 6
+"""Poses of movers are recorded at 10 Hz."""
+APPROACH = 1.55
+"""Who takes hold of a box drives up to this distance from its centre: near, and out of contact, metres."""
+TURN_SECONDS = 1.2
+"""Rough time of turning towards the next node, part of a typical edge's time."""
+ARRIVAL = 0.08
+FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
+
+
+@dataclass(slots=True)
+class _Action:
+    """What a robot is doing.
+
+    Attributes:
+        intent: What it was asked for.
+        manoeuvre: Its controls, tick by tick.
+        origin: The node where it began.
+    """
+
+    intent: Travel | Push
+    manoeuvre: Manoeuvre
+    origin: int
+
+
+class Bullet:
+    """Drives robots in PyBullet; a push is carried out by one of three executors.
+
+    Args:
+        push: "staged" (a script drives behind the box, the network does the rest), "rl" (the network alone, gated by
+            the feasibility classifier) or "scripted" (no learning).
+        gui: Whether to open the engine's window.
+        model: Another network than the shipped one: the path of its card.
+
+    Raises:
+        MissingExtraError: PyBullet is not installed.
+        ColonysimError: There is no such executor, or the model cannot be used.
+    """
+
+    name = "bullet"
+    tick: float | None = TICK_SECONDS
+
+    def __init__(self, push: str = "staged", gui: bool = False, model: str | None = None) -> None:
+        chosen = [name for name in EXECUTORS if name == push]
+        if not chosen:
+            raise ColonysimError(f"no push executor {push!r}; {nearest(push, EXECUTORS)}")
+        self.push = chosen[0]
+        self.edge_seconds = 1.0
+        self._gui = gui
+        self._execute: Executor = make_executor(self.push, model=model)
+        self._scene: Scene | None = None
+
+    # -- the protocol ----------------------------------------------------------------------------------------------
+
+    def reset(self, world: World, streams: Streams) -> None:
+        """Builds the scene anew, so that an episode depends on nothing before it."""
+        self._free_scene()
+        self._world = world
+        self._streams = streams
+        self._layout = lay_out(world.scenario)
+        self._traffic = Traffic(world.topology, self._layout.places)
+        try:
+            self._scene = Scene(self._layout.terrain, self._layout.boxes, self._layout.robots, gui=self._gui)
+        except MissingEngineError as error:
+            raise MissingExtraError(str(error)) from None
+        self._actions: dict[int, _Action] = {}
+        self._rows: list[TraceRow] = []
+        self._now = 0.0
+        self._ticks = 0
+        self._pushes = 0
+        x_scale = math.dist(self._layout.places[0], self._layout.places[-1]) / (
+            world.topology.distance(0, len(world.topology) - 1) or 1.0
+        )
+        self.edge_seconds = world.topology.mean_length * (x_scale or 1.0) / TRAVEL_SPEED + TURN_SECONDS
+        for body, number in [("agent", a) for a in range(len(self._layout.robots))] + [
+            ("box", b) for b in range(len(self._layout.boxes))
+        ]:
+            self._record_pose(body, number)
+
+    def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
+        """The executor's word: geometry for `staged` and `scripted`, the classifier for `rl`."""
+        world = self._world
+        found = []
+        for target in targets:
+            if not world.can_slide(world.box_base[box], world.box_node[box], target):
+                found.append(0.0)
+                continue
+            found.append(self._chance(agent, self._task(box, target)))
+        return found
+
+    def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
+        """Travel: the target and the edges that cross the way. Push: also what staging and pushing sweep over."""
+        world = self._world
+        at = world.agent_node[agent]
+        if isinstance(intent, Push) and world.box_node[intent.box] != intent.node:
+            scene = self._open()
+            task = self._task(intent.box, intent.node)
+            plan = plan_push(scene, intent.box, task, self._fixed_around())
+            points = [staging_points(scene, intent.box, leg.start, leg.heading)[0] for leg in plan.legs]
+            return self._traffic.sweep(at, intent.node, [*points, task.goal] if points else [task.goal])
+        if isinstance(intent, Travel | Push):
+            return self._traffic.travel(at, intent.node)
+        return frozenset()
+
+    def start(self, agent: int, intent: Intent, now: float) -> Done | None:
+        """Begins a manoeuvre; its outcome comes from `advance`."""
+        world, scene = self._world, self._open()
+        at = world.agent_node[agent]
+        if not isinstance(intent, Travel | Push) or intent.node not in world.topology.neighbours[at]:
+            return Done(0.0, Outcome("blocked", at, reason="no such move"))
+        if not scene.has_robot(agent) or agent in self._actions:
+            return Done(0.0, Outcome("blocked", at, reason="no robot" if agent not in self._actions else "busy"))
+        self._now = now
+        log = self._log_for(agent)
+        if isinstance(intent, Travel):
+            if not world.passable(world.level(agent), at, intent.node):
+                return Done(0.0, Outcome("blocked", at, reason="unreachable"))
+            manoeuvre = self._drive(agent, self._layout.places[intent.node], log)
+        elif world.box_node[intent.box] == intent.node:
+            if not world.graspable(agent, intent.box, world.level(agent), at):
+                return Done(0.0, Outcome("blocked", at, reason="out of reach"))
+            manoeuvre = self._drive(agent, self._beside(agent, intent.box), log)
+        else:
+            if world.box_node[intent.box] != at or world.top_box(at) != intent.box:
+                return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
+            self._pushes += 1
+            manoeuvre = self._execute(
+                scene, agent, self._task(intent.box, intent.node), everything_else(scene, agent), log,
+                self._streams.derive(f"push/{self._pushes}") % 2**31,
+            )  # fmt: skip
+        self._actions[agent] = _Action(intent, manoeuvre, at)
+        return None
+
+    def advance(self, now: float) -> Sequence[Finished]:
+        """One control tick for all robots; then whoever's manoeuvre has ended says so."""
+        scene = self._open()
+        self._now = now
+        finished = []
+        for agent in sorted(self._actions):
+            action = self._actions[agent]
+            try:
+                speeds = next(action.manoeuvre)
+            except StopIteration as end:
+                scene.drive(agent, 0.0, 0.0)
+                del self._actions[agent]
+                finished.append(Finished(agent, self._outcome(agent, action, end.value)))
+                continue
+            scene.drive(agent, speeds.left, speeds.right)
+        scene.tick()
+        self._ticks += 1
+        if self._ticks % POSE_TICKS == 0:
+            for agent, action in self._actions.items():
+                self._record_pose("agent", agent)
+                if isinstance(action.intent, Push):
+                    self._record_pose("box", action.intent.box)
+        return finished
+
+    def cancel(self, agent: int) -> None:
+        """Stops the robot where it is."""
+        action = self._actions.pop(agent, None)
+        if action is not None:
+            action.manoeuvre.close()
+            self._open().drive(agent, 0.0, 0.0)
+
+    def leave(self, agent: int) -> None:
+        """Takes the robot out of the scene."""
+        self.cancel(agent)
+        scene = self._open()
+        if scene.has_robot(agent):
+            self._record_pose("agent", agent)
+            scene.remove_robot(agent)
+
+    def rows(self) -> Iterable[TraceRow]:
+        """Poses of movers and control steps since the last call."""
+        rows, self._rows = self._rows, []
+        return rows
+
+    def close(self) -> None:
+        """Frees the scene."""
+        self._free_scene()
+
+    # -- manoeuvres ------------------------------------------------------------------------------------------------
+
+    def _open(self) -> Scene:
+        if self._scene is None:
+            raise ColonysimError("the backend was closed, or not yet reset")
+        return self._scene
+
+    def _free_scene(self) -> None:
+        if self._scene is not None:
+            for action in self._actions.values():
+                action.manoeuvre.close()
+            self._actions.clear()
+            self._scene.close()
+            self._scene = None
+
+    def _drive(self, agent: int, place: tuple[float, float], log: Log) -> Manoeuvre:
+        scene = self._open()
+        return drive_to(scene, agent, *place, everything_else(scene, agent), tolerance=ARRIVAL, log=log)
+
+    def _beside(self, agent: int, box: int) -> tuple[float, float]:
+        """Where a robot that takes hold of a box drives to: straight up to it, but not into contact."""
+        scene = self._open()
+        robot, at = scene.robot(agent), scene.box(box)
+        away = math.dist(robot[:2], at[:2])
+        share = max(0.0, 1.0 - APPROACH / away) if away > 0.0 else 0.0
+        return robot.x + share * (at.x - robot.x), robot.y + share * (at.y - robot.y)
+
+    def _task(self, box: int, target: int) -> PushTask:
+        world, layout = self._world, self._layout
+        at = world.box_node[box]
+        pit = layout.pit_at.get(target)
+        if pit is not None and not self._open().pit_filled(layout.terrain.pits[pit]):
+            return PushTask(box, layout.places[at], layout.places[target], "hole", layout.heights[target], pit)
+        kind: Kind = "slope" if (at, target) in world.topology.rises else "flat"
+        return PushTask(box, layout.places[at], layout.places[target], kind, layout.heights[target])
+
+    def _fixed_around(self) -> Surroundings:
+        """Boxes and open pits: what a plan must avoid; robots move on."""
+        scene = self._open()
+        seen = everything_else(scene, -1)()
+        return Surroundings((), seen.boxes, seen.open_pits)
+
+    def _chance(self, agent: int, task: PushTask) -> float:
+        return 1.0 if plan_push(self._open(), task.box, task, self._fixed_around()).margin >= 0.0 else 0.0
+
+    # -- outcomes --------------------------------------------------------------------------------------------------
+
+    def _outcome(self, agent: int, action: _Action, result: ManoeuvreResult) -> Outcome:
+        scene, world, intent = self._open(), self._world, action.intent
+        fault = scene.robot_fault(agent)
+        lost = fault is not None or result.reason in FAULTS
+        boxes = self._moved_boxes(intent.box if isinstance(intent, Push) else -1)
+        self._record_pose("agent", agent)
+        for place in boxes:
+            self._record_pose("box", place.box)
+        reason = "" if result.success else (fault or result.reason)
+        if isinstance(intent, Push) and world.box_node[intent.box] != intent.node:
+            landed = next((place for place in boxes if place.box == intent.box), None)
+            arrived = landed is not None and landed.node == intent.node and not landed.stray
+            node = intent.node if arrived and intent.node not in self._layout.pit_at else action.origin
+            if arrived and intent.node in self._layout.pit_at:
+                base, rise = world.box_base[intent.box], world.topology.rises.get((action.origin, intent.node), 0.0)
+                if base + rise - world.surface[intent.node] < world.scenario.reach:
+                    node = intent.node
+            why = "" if arrived and not lost else reason or "stray"
+            return Outcome("arrived" if arrived else "failed", node, boxes, why, lost)
+        if result.success:
+            keeps = (action.origin,) if isinstance(intent, Push) else ()
+            return Outcome("arrived", intent.node, boxes, lost=lost, reason=fault or "", keeps=keeps)
+        robot, places = scene.robot(agent), self._layout.places
+        nearer = math.dist(robot[:2], places[intent.node]) < math.dist(robot[:2], places[action.origin])
+        took = isinstance(intent, Push)
+        node = intent.node if nearer and not took else action.origin
+        keeps = () if lost else (action.origin if node == intent.node else intent.node,)
+        return Outcome("failed" if lost else "blocked", node, boxes, reason, lost, () if took else keeps)
+
+    def _moved_boxes(self, pushed: int) -> tuple[BoxPlace, ...]:
+        """Where the pushed box is, and every other box that is no longer where the world has it."""
+        scene, world, layout = self._open(), self._world, self._layout
+        # What another robot is pushing is told with that push's own outcome.
+        underway = {a.intent.box for a in self._actions.values() if isinstance(a.intent, Push)}
+        places = []
+        for box in range(len(layout.boxes)):
+            if box in underway:
+                continue
+            pose, node = scene.box(box), world.box_node[box]
+            if not all(map(math.isfinite, pose)):
+                places.append(BoxPlace(box, node, stray=True))
+                continue
+            pit = self._pit_of(box)
+            if pit is not None:
+                if pit != node:
+                    places.append(BoxPlace(box, pit))
+                continue
+            off = math.dist(pose[:2], layout.places[node])
+            if box != pushed and (off <= layout.stray_beyond or world.box_stray[box]):
+                continue
+            here = min(
+                (n for n in range(len(layout.places)) if n not in layout.pit_at or self._filled(n)),
+                key=lambda n: math.dist(pose[:2], layout.places[n]),
+            )
+            stray = math.dist(pose[:2], layout.places[here]) > layout.stray_beyond
+            if here != node or stray != world.box_stray[box]:
+                places.append(BoxPlace(box, here, stray))
+        return tuple(places)
+
+    def _pit_of(self, box: int) -> int | None:
+        """The hole's node in whose pit a box is seated, or None."""
+        scene = self._open()
+        for node, pit in self._layout.pit_at.items():
+            if scene.box_seated(box, self._layout.terrain.pits[pit]):
+                return node
+        return None
+
+    def _filled(self, node: int) -> bool:
+        return self._open().pit_filled(self._layout.terrain.pits[self._layout.pit_at[node]])
+
+    # -- the trace -------------------------------------------------------------------------------------------------
+
+    def _record_pose(self, body: str, number: int) -> None:
+        scene = self._open()
+        pose = scene.robot(number) if body == "agent" else scene.box(number)
+        self._rows.append(TraceRow("poses", (self._now, body, number, *pose)))
+
+    def _log_for(self, agent: int) -> Log:
+        def log(chooser: str, control: str, ticks: int) -> None:
+            self._rows.append(TraceRow("controls", (self._now, agent, chooser, control, ticks)))
+
+        return log

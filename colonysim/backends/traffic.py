@@ -1,0 +1,86 @@
+"""What a manoeuvre needs of the place besides its target: the edges it crosses and the nodes it sweeps over."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from colonysim.world.state import Place
+    from colonysim.world.topology import Topology
+
+__all__ = ["Traffic", "segment_distance"]
+
+Point: TypeAlias = tuple[float, float]
+
+CLEARANCE = 1.0
+"""Two robots whose centres stay this far apart do not touch, whichever way they turn, metres."""
+
+
+class Traffic:
+    """Which nodes and edges lie within reach of a robot that drives along a line.
+
+    Args:
+        topology: The graph.
+        places: x, y of each node, metres.
+    """
+
+    def __init__(self, topology: Topology, places: Sequence[Point]) -> None:
+        self._places = places
+        self._edges = [(i, j) for i, others in enumerate(topology.neighbours) for j in others if i < j]
+        self._conflicts: dict[tuple[int, int], frozenset[Place]] = {}
+
+    def travel(self, i: int, j: int) -> frozenset[Place]:
+        """The target, the edge itself, and every edge that comes too close to it without sharing a node."""
+        key = (i, j)
+        found = self._conflicts.get(key)
+        if found is None:
+            start, end = self._places[i], self._places[j]
+            near: set[Place] = {j, (min(i, j), max(i, j))}
+            for a, b in self._edges:
+                if not {a, b} & {i, j} and segment_distance(start, end, self._places[a], self._places[b]) < CLEARANCE:
+                    near.add((a, b))
+            found = self._conflicts[key] = frozenset(near)
+        return found
+
+    def sweep(self, here: int, target: int, points: Sequence[Point]) -> frozenset[Place]:
+        """For a push: the target, the nodes near any part of the way, and the edges that cross it.
+
+        Args:
+            here: The node that box and robot are on.
+            target: Where the box goes.
+            points: The robot's way: staging poses and the end, metres.
+        """
+        near: set[Place] = {target}
+        legs = list(itertools.pairwise(points)) or [(points[0], points[0])]
+        for node, place in enumerate(self._places):
+            if node != here and any(segment_distance(a, b, place, place) < CLEARANCE for a, b in legs):
+                near.add(node)
+        for i, j in self._edges:
+            if any(segment_distance(a, b, self._places[i], self._places[j]) < CLEARANCE for a, b in legs):
+                near.add((i, j))
+        return frozenset(near)
+
+
+def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:
+    """The least distance between two segments a-b and c-d in the plane."""
+    if _crosses(a, b, c, d):
+        return 0.0
+    return min(_to_segment(a, c, d), _to_segment(b, c, d), _to_segment(c, a, b), _to_segment(d, a, b))
+
+
+def _to_segment(p: Point, a: Point, b: Point) -> float:
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    square = dx * dx + dy * dy
+    share = 0.0 if square == 0.0 else min(1.0, max(0.0, ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square))
+    return math.dist(p, (a[0] + share * dx, a[1] + share * dy))
+
+
+def _crosses(a: Point, b: Point, c: Point, d: Point) -> bool:
+    def side(p: Point, q: Point, r: Point) -> float:
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+
+    return side(a, b, c) * side(a, b, d) < 0.0 and side(c, d, a) * side(c, d, b) < 0.0
