@@ -43,11 +43,12 @@ class Chain:
 
     def tasks(self) -> list[PushTask]:
         """The pushes, in order."""
-        last = len(self.places) - 2
+        start, one, two, hole = self.places
         return [
-            PushTask(0, self.places[i], self.places[i + 1], "hole" if i == last else "flat", 0.0, 0 if i == last else None)
-            for i in range(last + 1)
-        ]  # fmt: skip
+            PushTask(0, start, one, "flat", 0.0),
+            PushTask(0, one, two, "flat", 0.0),
+            PushTask(0, two, hole, "hole", 0.0, 0),
+        ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,6 +65,7 @@ def evaluate_push(
     model: str | Path | None = None,
     testing: Testing = "greedy",
     ticks: int | None = None,
+    tries: int = 8,
     starts: str = "push",
     purpose: Purpose = Purpose.JUDGE,
     on_progress: Callable[[Kind, int, int], None] | None = None,
@@ -83,6 +84,7 @@ def evaluate_push(
         model: The network; None is the shipped one.
         testing: How the network's values become choices.
         ticks: T of the network's actions; None: what it was trained with.
+        tries: Tries of `staged` and `scripted`; 1 shows a single push without retries.
         starts: Name of a start distribution.
         purpose: What the episodes are for: never choose anything by looking at `JUDGE`.
         on_progress: Called after each episode with the terrain, episodes done, and successes so far.
@@ -97,7 +99,7 @@ def evaluate_push(
     """
     if episodes < 1:
         raise ValueError(f"episodes is {episodes}, expected at least 1")
-    executor = make_executor(push, model=model, chooser=chooser, testing=testing, ticks=ticks)
+    executor = make_executor(push, model=model, chooser=chooser, testing=testing, ticks=ticks, tries=tries)
     chosen = distribution(starts)
     found: dict[str, dict[str, Any]] = {}
     for kind in terrains:

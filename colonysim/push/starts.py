@@ -31,6 +31,7 @@ Range = tuple[float, float]
 _HALF_BOX = 0.5
 _EXTENT = 9.0
 _LANDING = 4.0
+_ROOM = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,7 @@ def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:
         toward = line + float(rng.uniform(*starts.robot_bearing))
         x, y = box.x - distance * math.cos(toward), box.y - distance * math.sin(toward)
         robot = RobotSpec(x, y, 0.0, toward + float(rng.uniform(*starts.robot_heading)))
-        if _clear(robot, box, starts.clearance):
+        if _clear(robot, box, starts.clearance) and _level(terrain, robot):
             break
     task = PushTask(0, (0.0, 0.0), goal, kind, rim, 0 if kind == "hole" else None)
     return Start(terrain, box, robot, task)
@@ -158,6 +159,12 @@ def _clear(robot: RobotSpec, box: BoxSpec, gap: float) -> bool:
     mine, other = (robot.x, robot.y, robot.yaw), (box.x, box.y, box.yaw)
     robot_half, box_half = (BUMPER, HALF_WIDTH), (_HALF_BOX, _HALF_BOX)
     return _separates(mine, robot_half, other, box_half, gap) or _separates(other, box_half, mine, robot_half, gap)
+
+
+def _level(terrain: Terrain, robot: RobotSpec) -> bool:
+    """Whether the robot would stand on the ground at height 0 and touch neither pit nor slope."""
+    corners = ((a * _ROOM, b * _ROOM) for a in (-1, 0, 1) for b in (-1, 0, 1))
+    return all(terrain.height(robot.x + dx, robot.y + dy) == 0.0 for dx, dy in corners)
 
 
 _Placed = tuple[float, float, float]
