@@ -4,12 +4,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from colonysim.physics import Scene, wrap
+from colonysim.physics import BUMPER, Scene, wrap
 from colonysim.push.choosing import Choose
 from colonysim.push.controls import control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
+from colonysim.push.scripted import OVERRUN
 from colonysim.push.staging import Leg, face_for, in_place, legs_for, stage_part
 from colonysim.push.state import State, fold, observe
 from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
@@ -210,13 +211,26 @@ def _leg_verdict(
     if scene.box_fault(task.box):
         return "box fallen"
     verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
-    if verdict == "success" and not (task.kind != "hole" and short_of_node(state)):
-        if task.kind == "hole" or state.distance <= settings.tolerance:
-            return "done"
-        return "off_node"
+    if verdict == "success" and task.kind == "hole":
+        # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies.
+        return "done" if _lies_or_pressed(scene, robot, task) else ""
+    if verdict == "success" and not short_of_node(state):
+        return "done" if state.distance <= settings.tolerance else "off_node"
     if math.hypot(state.x_box, state.y_box) > _LEASH:
         return "robot_far"
     return guard(task, state, started_at) or ""
+
+
+def _lies_or_pressed(scene: Scene, robot: int, task: PushTask) -> bool:
+    """Whether the box lies in its pit, or the bumper is as far past the pit's edge as it may go."""
+    if task.pit is None:
+        return True
+    pit, pose = scene.terrain.pits[task.pit], scene.robot(robot)
+    if scene.box_seated(task.box, pit):
+        return True
+    c, s = math.cos(task.line), math.sin(task.line)
+    nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - BUMPER
+    return nose <= pit.side / 2 - OVERRUN
 
 
 def _leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
