@@ -65,10 +65,14 @@ _ORDER = {"extra_forbidden": 0, "missing": 2}
 
 def _path(loc: Sequence[int | str]) -> str:
     """The dotted path in the file; names of union members are not in the file."""
+    return ".".join(_parts(loc))
+
+
+def _parts(loc: Sequence[int | str]) -> list[str]:
     parts = [str(part) for part in loc if part not in FORM_TAGS]
     if parts[:1] == ["topology"] and len(parts) > 1:
         del parts[1]
-    return ".".join(parts)
+    return parts
 
 
 def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str:
@@ -78,7 +82,7 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
     in_list = path.rpartition(".")[2].isdigit()
     form = _FORMS.get(name) if in_list else _WHOLE.get(name)
     if kind == "extra_forbidden":
-        return unknown_field(path, document)
+        return unknown_field(_parts(fault["loc"]), document)
     if kind in ("missing", "missing_argument"):
         if in_list:
             return f"a value is missing, expected {form or 'more values'}"
@@ -129,45 +133,57 @@ _EXPECTED = {
 }
 
 
-def unknown_field(path: str, document: Mapping[str, Any]) -> str:
-    """What to say of a field that the format does not know: the nearest right word."""
-    name = path.rpartition(".")[2]
-    known = _siblings(path, document)
-    if "." not in path and name.lower() in _ELSEWHERE:
+def unknown_field(parts: Sequence[str], document: Mapping[str, Any]) -> str:
+    """What to say of a field that the format does not know: the nearest right word.
+
+    Args:
+        parts: The path of the field, part by part.
+        document: What it stands in.
+    """
+    name = parts[-1]
+    known = _siblings(parts, document)
+    if len(parts) == 1 and name.lower() in _ELSEWHERE:
         return f"unknown field; {_ELSEWHERE[name.lower()]}"
     hint = nearest_word(name, known)
-    if not hint and "." not in path:
+    if not hint and len(parts) == 1:
         inner = {field: f"timing.{field}" for field in TimingSection.model_fields}
         inner |= {field: f"physics.{field}" for field in PhysicsSection.model_fields}
         hint = f"; did you mean '{inner[name]}'?" if name in inner else ""
     return f"unknown field, expected {_either(known)}{hint}" if len(known) <= 6 or not hint else f"unknown field{hint}"
 
 
-def _siblings(path: str, document: Mapping[str, Any]) -> list[str]:
-    """The fields that may stand where `path` stands, from the schema of the format."""
+def _siblings(parts: Sequence[str], document: Mapping[str, Any]) -> list[str]:
+    """The fields that may stand beside the last of `parts`, from the schema of the format."""
     schema = scenario_schema()
-    here: Any = schema
+    here: dict[str, Any] = schema
     value: Any = document
-    for part in path.split(".")[:-1]:
-        value = value[int(part) if part.isdigit() else part]
-        here = _resolve(schema, here.get("items") if part.isdigit() else here["properties"][part], value)
-    return list(here["properties"])
-
-
-def _resolve(schema: Mapping[str, Any], node: Any, value: Any) -> Any:
-    """Follows references and picks, among alternatives, the one whose shape fits the value."""
-    while True:
-        if "$ref" in node:
-            node = schema["$defs"][node["$ref"].rpartition("/")[2]]
-        elif "anyOf" in node or "oneOf" in node:
-            options = [_resolve(schema, option, value) for option in node.get("anyOf") or node["oneOf"]]
-            wanted = "object" if isinstance(value, dict) else "array"
-            fitting = [option for option in options if option.get("type") == wanted]
-            if isinstance(value, dict) and "kind" in value:
-                fitting = [o for o in fitting if o["properties"]["kind"].get("const") == value["kind"]] or fitting
-            return fitting[0]
+    for part in parts[:-1]:
+        if isinstance(value, list):
+            value = value[int(part)]
+            here = _resolve(schema, here["items"], value)
         else:
-            return node
+            value = value[part]
+            here = _resolve(schema, here["properties"][part], value)
+    return list(here.get("properties", ()))
+
+
+def _resolve(schema: Mapping[str, Any], node: dict[str, Any], value: Any) -> dict[str, Any]:
+    """Follows references, and picks among alternatives the one that `value` was read as."""
+    options = [node]
+    leaves: list[dict[str, Any]] = []
+    while options:
+        option = options.pop(0)
+        if "$ref" in option:
+            options.insert(0, schema["$defs"][option["$ref"].rpartition("/")[2]])
+        elif "anyOf" in option or "oneOf" in option:
+            options[:0] = option.get("anyOf") or option["oneOf"]
+        else:
+            leaves.append(option)
+    wanted = "object" if isinstance(value, dict) else "array"
+    fitting = [leaf for leaf in leaves if leaf.get("type") == wanted] or leaves
+    if len(fitting) > 1:  # generated places differ by their kind
+        return next(leaf for leaf in fitting if leaf["properties"]["kind"]["const"] == value["kind"])
+    return fitting[0]
 
 
 def _described(name: str) -> str:

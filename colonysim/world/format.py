@@ -9,7 +9,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag
+from pydantic_core import PydanticCustomError
 
 __all__ = ["FORM_TAGS", "ScenarioFile", "scenario_schema"]
 
@@ -185,6 +186,16 @@ class Duration(NamedTuple):
     seconds: Positive
 
 
+def _listed(value: Any) -> Any:
+    """Refuses mappings, which pydantic would take for a named tuple's fields."""
+    if not isinstance(value, (list, tuple)):
+        raise PydanticCustomError("list_type", "expected a list")
+    return value
+
+
+DurationRow = Annotated[Duration, BeforeValidator(_listed)]
+
+
 class TimingSection(Section):
     """How long actions take on a backend without a clock of its own."""
 
@@ -198,10 +209,10 @@ class TimingSection(Section):
     """Seconds added to each pushed edge."""
     jitter: Annotated[float, Strict(), Field(ge=0, lt=1, allow_inf_nan=False)] = 0.1
     """Half-width of a uniform factor around 1, drawn for each action."""
-    travels: list[Duration] = []
+    travels: list[DurationRow] = []
     """Measured seconds of single edges, [from, to, seconds]; they hold for both directions unless both are
     listed, and take precedence."""
-    pushes: list[Duration] = []
+    pushes: list[DurationRow] = []
     """Measured seconds of single pushed edges, [from, to, seconds], in that direction only."""
 
 

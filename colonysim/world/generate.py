@@ -16,7 +16,7 @@ __all__ = ["MAX_EDGES", "MAX_NODES", "TooManyEdgesError", "geometric", "grid", "
 
 MAX_NODES = 250_000
 """Most nodes of a generated place."""
-MAX_EDGES = 2_000_000
+MAX_EDGES = 1_000_000
 """Most edges that a radius may give."""
 
 _TOLERANCE = 1e-9  # decimal coordinates a radius apart count as within it, whatever their binary rounding

@@ -179,7 +179,7 @@ class _Draft:
                 raise self._places.fault(path, "expected a mapping of fields, or nothing")
             for field in changes or ():
                 if field not in known or field == "variants":
-                    message = "cannot stand in a variant" if field == "variants" else unknown_field(field, {})
+                    message = "cannot stand in a variant" if field == "variants" else unknown_field([field], {})
                     raise self._places.fault(f"{path}.{field}", message)
         if variant is None:
             return tuple(variants)
