@@ -1,0 +1,209 @@
+"""The paper's performance tables with rigid bodies: steps and success by map and executor, with intervals.
+
+Every run is one unit: it is written to the results file when it has ended, and skipped when it is already there, so
+that a stopped evaluation goes on where it was. Beside each row stands the node world with the durations that Bullet
+took on the same map.
+
+    python benchmarks/bullet_tables.py run --maps easy medium hard --push staged --seeds 2000 2001 2002
+    python benchmarks/bullet_tables.py table
+"""
+
+import argparse
+import json
+import os
+import random
+import statistics
+import sys
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path(__file__).parent.parent / "docs" / "results" / "bullet.jsonl"
+PAPER = {
+    "easy": (22.36, 0.9125), "medium": (27.43, 0.8125), "hard": (28.25, 0.7875),
+    "hard:r5-4": (80.0, 0.5), "hard:r5-6": (55.83, 0.73),
+}  # fmt: skip
+"""Steps and success reported in the paper (with controls)."""
+
+
+class Episodes:
+    """A sink that keeps only how episodes went."""
+
+    def __init__(self) -> None:
+        self.rows: list[Any] = []
+        self.choosers: Counter[str] = Counter()
+
+    def write(self, table: str, row: tuple[object, ...]) -> None:
+        if table == "episodes":
+            self.rows.append(row)
+        elif table == "controls":
+            self.choosers[f"{row[3]}"] += int(row[5])  # type: ignore[call-overload]
+
+
+def scenario_of(name: str, overrides: dict[str, Any] | None = None) -> Any:
+    from colonysim.world.loading import load_scenario
+
+    base, _, variant = name.partition(":")
+    return load_scenario(base, variant or None, overrides)
+
+
+def measure(name: str, push: str, seed: int, episodes: int) -> dict[str, Any]:
+    """One run on Bullet: its episodes, durations by edge, and failures by reason."""
+    from colonysim.simulation import simulate
+
+    scenario, sink, began = scenario_of(name), Episodes(), time.perf_counter()
+    failures: Counter[str] = Counter()
+    travels: dict[str, list[float]] = {}
+    pushes: dict[str, list[float]] = {}
+    for event in simulate(
+        scenario, backend="bullet", backend_options={"push": push}, episodes=episodes, seed=seed, sink=sink,
+        decisions=False,
+    ):  # fmt: skip
+        if event.kind != "end":
+            continue
+        if event.status != "arrived":
+            failures[f"{event.action}: {event.reason}"] += 1
+        else:
+            kept = pushes if event.action == "push" else travels
+            kept.setdefault(f"{event.node}-{event.target}", []).append(round(event.time - event.began, 3))
+    return {
+        "map": name, "push": push, "seed": seed,
+        "episodes": [
+            {"steps": e.steps, "success": e.success, "ended": e.ended, "seated": e.seated,
+             "sim_seconds": round(e.sim_seconds, 2), "wall_seconds": round(e.wall_seconds, 2)}
+            for e in sink.rows
+        ],
+        "failures": dict(failures.most_common()), "control_ticks": dict(sink.choosers),
+        "travels": travels, "pushes": pushes, "wall_seconds": round(time.perf_counter() - began, 1),
+    }  # fmt: skip
+
+
+def read(path: Path) -> list[dict[str, Any]]:
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text().splitlines() if line]
+
+
+def append(path: Path, row: dict[str, Any]) -> None:
+    """The whole file under a temporary name, then renamed: a killed evaluation loses at most the runs under way."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    old = path.read_text() if path.exists() else ""
+    part.write_text(old + json.dumps(row) + "\n")
+    part.replace(path)
+
+
+def interval(by_seed: list[float], draws: int = 2000) -> tuple[float, float]:
+    """A 95 % bootstrap interval over episodes."""
+    dice = random.Random(0)
+    means = sorted(statistics.fmean(dice.choices(by_seed, k=len(by_seed))) for _ in range(draws))
+    return means[int(0.025 * draws)], means[int(0.975 * draws) - 1]
+
+
+def with_measured_durations(name: str, runs: list[dict[str, Any]], seeds: list[int], episodes: int) -> list[Any]:
+    """The node world on the same map and seeds, each edge as slow as Bullet was."""
+    from colonysim.simulation import simulate
+
+    timing: dict[str, Any] = {"jitter": 0.1}
+    for kind in ("travels", "pushes"):
+        by_edge: dict[str, list[float]] = {}
+        for run in runs:
+            for edge, seconds in run[kind].items():
+                by_edge.setdefault(edge, []).extend(seconds)
+        timing[kind] = [[*map(int, edge.split("-")), statistics.fmean(s)] for edge, s in sorted(by_edge.items())]
+        plain = scenario_of(name).topology
+        ratios = [
+            second / plain.length(plain.index[i], plain.index[j])
+            for edge, s in by_edge.items()
+            for i, j in [map(int, edge.split("-"))]
+            for second in s
+        ]
+        timing["travel" if kind == "travels" else "push"] = statistics.fmean(ratios) if ratios else 1.0
+    scenario = scenario_of(name, {"timing": timing})
+    rows: list[Any] = []
+    for seed in seeds:
+        sink = Episodes()
+        for _ in simulate(scenario, episodes=episodes, seed=seed, sink=sink, decisions=False):
+            pass
+        rows += sink.rows
+    return rows
+
+
+def run(options: argparse.Namespace) -> None:
+    done = {(r["map"], r["push"], r["seed"]) for r in read(options.results)}
+    wanted = [
+        (name, push, seed)
+        for push in options.push
+        for seed in options.seeds
+        for name in options.maps
+        if (name, push, seed) not in done
+    ]
+    print(f"{len(wanted)} runs of {options.episodes} episodes to go, {len(done)} done", file=sys.stderr, flush=True)
+    with ProcessPoolExecutor(options.workers) as pool:
+        tasks = {pool.submit(measure, *key, options.episodes): key for key in wanted}
+        for task in as_completed(tasks):
+            row = task.result()
+            append(options.results, row)
+            late = row["episodes"][10:] or row["episodes"]
+            print(
+                f"{row['map']} {row['push']} seed {row['seed']}: success {statistics.fmean(e['success'] for e in late):.3f}, "
+                f"steps {statistics.fmean(e['steps'] for e in late):.1f} in the later half, {row['wall_seconds']:.0f} s; "
+                f"{row['failures']}",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
+
+
+def table(options: argparse.Namespace) -> None:
+    rows = read(options.results)
+    print("| map | push | seeds | steps, episodes 1-10 | success 1-10 | steps 11- | success 11- [95 %] "
+          "| node world, Bullet's durations: steps / success 11- | paper: steps / success | wall s an episode |")  # fmt: skip
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for name, push in sorted({(r["map"], r["push"]) for r in rows}):
+        runs = [r for r in rows if (r["map"], r["push"]) == (name, push)]
+        seeds = sorted(r["seed"] for r in runs)
+        early = [e for r in runs for e in r["episodes"][:10]]
+        late = [e for r in runs for e in r["episodes"][10:]]
+        if not late:
+            continue
+        low, high = interval([e["success"] for e in late])
+        node = [e for e in with_measured_durations(name, runs, seeds, len(runs[0]["episodes"])) if e.episode > 10]
+        paper = PAPER.get(name)
+        print(
+            f"| {name} | {push} | {', '.join(map(str, seeds))} | {mean(early, 'steps'):.1f} | {mean(early, 'success'):.3f} "
+            f"| {mean(late, 'steps'):.1f} | {mean(late, 'success'):.3f} [{low:.3f}, {high:.3f}] "
+            f"| {statistics.fmean(e.steps for e in node):.1f} / {statistics.fmean(e.success for e in node):.3f} "
+            f"| {f'{paper[0]} / {paper[1]}' if paper else '-'} | {mean(early + late, 'wall_seconds'):.1f} |"
+        )
+    failures: Counter[str] = Counter()
+    for r in rows:
+        failures.update({f"{r['push']} {reason}": n for reason, n in r["failures"].items()})
+    print(
+        "\nActions that did not arrive, all runs: " + ", ".join(f"{n} x {why}" for why, n in failures.most_common(20))
+    )
+
+
+def mean(episodes: list[dict[str, Any]], key: str) -> float:
+    return statistics.fmean(e[key] for e in episodes)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--results", type=Path, default=RESULTS)
+    parts = parser.add_subparsers(required=True)
+    one = parts.add_parser("run")
+    one.add_argument("--maps", nargs="+", default=["easy", "medium", "hard"])
+    one.add_argument("--push", nargs="+", default=["staged"])
+    one.add_argument("--seeds", nargs="+", type=int, default=[2000, 2001, 2002])
+    one.add_argument("--episodes", type=int, default=20)
+    one.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    one.set_defaults(call=run)
+    two = parts.add_parser("table")
+    two.set_defaults(call=table)
+    options = parser.parse_args()
+    options.call(options)
+
+
+if __name__ == "__main__":
+    main()
