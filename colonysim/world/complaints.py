@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from colonysim.world.format import FORM_TAGS, PhysicsSection, ScenarioFile, TimingSection, scenario_schema
+from colonysim.world.format import FORM_TAGS, PhysicsSection, TimingSection, field_descriptions, scenario_schema
 from colonysim.world.places import Places, nearest_word
 
 if TYPE_CHECKING:
@@ -188,9 +188,7 @@ def _resolve(schema: Mapping[str, Any], node: dict[str, Any], value: Any) -> dic
 
 def _described(name: str) -> str:
     """What a field holds, in the words of its documentation."""
-    field = ScenarioFile.model_fields.get(name)
-    text = (field.description or "") if field else ""
-    text = " ".join(text.split()).rstrip(".")
+    text = field_descriptions()["ScenarioFile"].get(name, "").rstrip(".")
     return text[:1].lower() + text[1:] if text else f"a value for {name}"
 
 

@@ -6,13 +6,17 @@ each field; what fields say about each other is checked in `assemble.py`.
 
 from __future__ import annotations
 
+import ast
+import inspect
+import sys
 from functools import cache
+from itertools import pairwise
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag
 from pydantic_core import PydanticCustomError
 
-__all__ = ["FORM_TAGS", "ScenarioFile", "scenario_schema"]
+__all__ = ["FORM_TAGS", "ScenarioFile", "field_descriptions", "scenario_schema"]
 
 MAX_COORDINATE = 1e9
 FORM_TAGS = ("<list>", "<mapping>", "<plain>")
@@ -41,7 +45,7 @@ def _form(value: Any) -> str | None:
 class Section(BaseModel):
     """A mapping in the file; unknown fields are mistakes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class NodeRow(NamedTuple):
@@ -219,7 +223,7 @@ class TimingSection(Section):
 class PolicySection(BaseModel):
     """The policy and its parameters; the parameters are checked by the policy itself."""
 
-    model_config = ConfigDict(extra="allow", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="allow", frozen=True)
 
     name: Text = "stigmergy"
     """Name of a policy, or "package.module:Name"."""
@@ -303,7 +307,7 @@ class PhysicsSection(Section):
     """Height of every box, metres, instead of its height in the scenario times z_scale."""
     box_mass: Positive | None = None
     """Mass of a box, kg."""
-    box_friction: NotNegative | None = None
+    box_friction: Positive | None = None
     """Lateral friction of a box."""
     pit_side: Positive | None = None
     """Side of a pit, metres."""
@@ -366,9 +370,33 @@ class ScenarioFile(Section):
 
 
 @cache
+def field_descriptions() -> dict[str, dict[str, str]]:
+    """What the text below each field says of it, by class and field.
+
+    Read from this file when somebody asks: pydantic's own `use_attribute_docstrings` reads the file once for each
+    class on import, which every command would pay for.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for node in ast.parse(inspect.getsource(sys.modules[__name__])).body:
+        if isinstance(node, ast.ClassDef):
+            own = found[node.name] = {}
+            for base in node.bases:
+                own.update(found.get(ast.unparse(base), {}))
+            for field, text in pairwise(node.body):
+                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                    own[ast.unparse(field.target)] = " ".join(str(ast.literal_eval(text.value)).split())
+    return found
+
+
+@cache
 def scenario_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of scenario files."""
     schema = ScenarioFile.model_json_schema()
+    for owner, fields in field_descriptions().items():
+        described = schema if owner == "ScenarioFile" else schema["$defs"].get(owner, {})
+        for name, text in fields.items():
+            if name in described.get("properties", {}):
+                described["properties"][name]["description"] = text
     variants = schema["properties"]["variants"]
     schema["properties"]["variants"] = {**variants, "additionalProperties": {"$ref": "#/$defs/Variant"}}
     fields = {name: field for name, field in schema["properties"].items() if name != "variants"}
@@ -383,10 +411,10 @@ def scenario_schema() -> dict[str, Any]:
 
 
 def _tidy(node: Any) -> Any:
-    """Puts descriptions on one line, and leaves out the titles that only repeat field names."""
+    """Leaves out the titles that only repeat field names."""
     if isinstance(node, dict):
         return {
-            key: " ".join(value.split()) if key == "description" and isinstance(value, str) else _tidy(value)
+            key: _tidy(value)
             for key, value in node.items()
             if not (key == "title" and isinstance(value, str) and "properties" not in node)
         }
