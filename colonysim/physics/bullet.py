@@ -131,6 +131,11 @@ class BulletEngine:
         contacts = self._p.getContactPoints(bodyA=robot, linkIndexA=_WHEEL_LINK, physicsClientId=self._client)
         return any(contact[7][2] > _UPWARDS for contact in contacts)
 
+    def touching(self, one: int, other: int) -> bool:
+        """Whether two bodies pressed against each other in the last step."""
+        contacts = self._p.getContactPoints(bodyA=one, bodyB=other, physicsClientId=self._client)
+        return any(contact[9] > 0.0 for contact in contacts)
+
     def place(self, body: int, position: Vec3, rotation: Quat) -> None:
         """Put a body somewhere, at rest and awake."""
         p, client = self._p, self._client

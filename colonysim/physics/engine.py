@@ -51,6 +51,10 @@ class Engine(Protocol):
         """Whether a wheel of the robot rests on something below it."""
         ...
 
+    def touching(self, one: int, other: int) -> bool:
+        """Whether two bodies pressed against each other in the last step."""
+        ...
+
     def place(self, body: int, position: Vec3, rotation: Quat) -> None:
         """Put a body somewhere, at rest and awake."""
         ...

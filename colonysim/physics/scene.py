@@ -156,6 +156,10 @@ class Scene:
         lowest = min([g.z for g in self.terrain.grounds] + [p.rim - p.depth for p in self.terrain.pits])
         return "fallen" if pose.z < lowest - 0.3 else None
 
+    def robots_touch(self, i: int, j: int) -> bool:
+        """Whether two robots pressed against each other in the last physics step."""
+        return self._engine.touching(self._traction(i).body, self._traction(j).body)
+
     def box_fault(self, i: int) -> str | None:
         """`"nan"` when a box's pose is no number, `"fallen"` when it left the ground, else None."""
         pose = self.box(i)
