@@ -1,11 +1,12 @@
 """How a control is chosen from a state: the one seam at which a network, or nothing, decides."""
 
+from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from colonysim.physics import wrap
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.network import Float, QNetwork
 from colonysim.push.state import State
@@ -26,21 +27,29 @@ def boltzmann(values: Float, rng: np.random.Generator, beta: float = BOLTZMANN) 
     return Control(min(drawn, CONTROLS - 1))
 
 
-@dataclass(slots=True)
-class _Stuck:
-    """Remembers the last state, to tell whether anything has moved since."""
+_REMEMBERED = 12
+_SAME_PLACE, _SAME_YAW = 0.03, 0.06
+_SOFTEST = 0.5
 
-    last: State | None = None
 
-    def check(self, state: State) -> bool:
-        last, self.last = self.last, state
-        return (
-            last is not None
-            and abs(state.x_box - last.x_box) < 0.01
-            and abs(state.y_box - last.y_box) < 0.01
-            and abs(state.yaw_agent - last.yaw_agent) < 0.02
-            and abs(state.x_node - last.x_node) < 0.01
+class _Trail:
+    """Remembers the last states, to tell whether the robot stands still or goes round in circles."""
+
+    def __init__(self) -> None:
+        self._last: deque[State] = deque(maxlen=_REMEMBERED)
+
+    def visits(self, state: State) -> int:
+        """How many of the last states were the same; the state is remembered."""
+        found = sum(
+            abs(state.x_box - s.x_box) < _SAME_PLACE
+            and abs(state.y_box - s.y_box) < _SAME_PLACE
+            and abs(state.x_node - s.x_node) < _SAME_PLACE
+            and abs(state.y_node - s.y_node) < _SAME_PLACE
+            and abs(wrap(state.yaw_agent - s.yaw_agent)) < _SAME_YAW
+            for s in self._last
         )
+        self._last.append(state)
+        return found
 
 
 def network_chooser(
@@ -52,15 +61,18 @@ def network_chooser(
         network: The network.
         rng: For the drawn choices.
         testing: `"boltzmann"` draws every control (the paper's testing, epsilon 0); `"greedy"` takes the
-            best one, and draws only when nothing has moved since the last choice.
+            best one, and draws only when a state comes back, the more freely the more often it does: the
+            best control of one state and that of another may undo each other for ever.
         beta: Certainty of the draw.
     """
-    stuck = _Stuck()
+    trail = _Trail()
 
     def choose(state: State) -> Control:
         values = network.values(state)
-        if stuck.check(state) or testing == "boltzmann":
+        if testing == "boltzmann":
             return boltzmann(values, rng, beta)
+        if visits := trail.visits(state):
+            return boltzmann(values, rng, max(_SOFTEST, beta / 2.0 ** (visits - 1)))
         return Control(int(values.argmax()))
 
     return choose
