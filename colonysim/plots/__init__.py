@@ -1,0 +1,131 @@
+"""Figures of a run, drawn from its directory alone. matplotlib is imported when something is drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.suggest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from matplotlib.figure import Figure
+
+    from colonysim.trace.reader import Run
+
+__all__ = ["KINDS", "draw"]
+
+KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes")
+"""What can be drawn."""
+_MOST_PANELS = 6
+_MOST_BOXES = 6
+
+
+def draw(
+    run: Run,
+    *,
+    what: Sequence[str] = KINDS,
+    episodes: Sequence[int] | None = None,
+    hole: int | None = None,
+    box: int | None = None,
+    out: str | Path | None = None,
+    kind: Literal["png", "svg", "pdf"] = "png",
+) -> list[Path]:
+    """Draws a run and returns the images.
+
+    Args:
+        run: The run.
+        what: Any of `KINDS`, or another field of the run by its name.
+        episodes: The panels of fields and trajectories; by default up to six, from the first to the last.
+        hole: Node of the hole whose H is drawn; by default an image for each hole.
+        box: The box whose B is drawn; by default an image for each of the first six.
+        out: Where to put the images; by default `plots` in the run directory.
+        kind: File format.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ColonysimError: The run has no such episode, hole, box or field, or the images cannot be written.
+    """
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise MissingExtraError(
+            "drawing needs matplotlib, which is not installed: pip install 'colonysim[plot]'"
+        ) from None
+    chosen = _episodes(run, episodes)
+    jobs = _jobs(run, what, chosen, hole, box)
+    if out is None:
+        if run.path is None:
+            raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
+        out = run.path / "plots"
+    images = []
+    for name, make in jobs:
+        path = Path(out) / f"{name}.{kind}"
+        _save(make(), path, kind)
+        images.append(path)
+    return images
+
+
+def _jobs(
+    run: Run, what: Sequence[str], episodes: Sequence[int], hole: int | None, box: int | None
+) -> list[tuple[str, Callable[[], Figure]]]:
+    """File name and drawing function of each image; every mistake is found before the first is drawn."""
+    from colonysim.plots.fields import box_figure, hole_figure, node_figure
+    from colonysim.plots.maps import map_figure
+    from colonysim.plots.results import results_figure
+    from colonysim.plots.trajectories import trajectories_figure
+
+    scenario = run.scenario
+    holes = [scenario.topology.ids[each.node] for each in scenario.holes]
+    if hole is not None and hole not in holes:
+        raise ColonysimError(f"no hole at node {hole}; {nearest(str(hole), map(str, holes))}")
+    if box is not None and not 0 <= box < len(scenario.boxes):
+        raise ColonysimError(f"no box {box}; the boxes are 0 to {len(scenario.boxes) - 1}")
+    known = {*KINDS, *run.table("frames")["field"].unique().to_pylist()}
+    jobs: list[tuple[str, Callable[[], Figure]]] = []
+    for word in what:
+        if word not in known:
+            raise ColonysimError(f"cannot draw {word!r}; {nearest(word, sorted(known))}")
+        if word == "map":
+            jobs.append(("map", lambda: map_figure(run, episodes[-1])))
+        elif word == "trajectories":
+            jobs.append(("trajectories", lambda: trajectories_figure(run, episodes)))
+        elif word == "episodes":
+            jobs.append(("episodes", lambda: results_figure(run)))
+        elif word == "H":
+            for node in holes if hole is None else [hole]:
+                jobs.append((f"H-hole{node}", lambda node=node: hole_figure(run, node, episodes)))  # type: ignore[misc]
+        elif word == "B":
+            for number in range(len(scenario.boxes))[:_MOST_BOXES] if box is None else [box]:
+                jobs.append((f"B-box{number}", lambda number=number: box_figure(run, number, episodes)))  # type: ignore[misc]
+        else:
+            jobs.append((word, lambda word=word: node_figure(run, word, episodes)))  # type: ignore[misc]
+    return jobs
+
+
+def _episodes(run: Run, wanted: Sequence[int] | None) -> list[int]:
+    there = [result.episode for result in run.episodes]
+    if not there:
+        raise ColonysimError(f"{run.path}: no episode of this run is complete, so there is nothing to draw yet")
+    if wanted is None:
+        steps = [1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000]
+        early = [number for number in steps if number in there and number != there[-1]]
+        return [*early[: _MOST_PANELS - 1], there[-1]]
+    for number in wanted:
+        if number not in there:
+            raise ColonysimError(f"no episode {number} in this run; it has {there[0]} to {there[-1]}")
+    return list(wanted)
+
+
+def _save(figure: Figure, path: Path, kind: str) -> None:
+    temporary = path.with_name(f".{path.name}.tmp")
+    # Without dates in the files the same run gives the same bytes.
+    metadata = {"png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(temporary, format=kind, dpi=130, metadata=metadata)
+        temporary.replace(path)
+    except OSError as error:
+        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error

@@ -1,0 +1,186 @@
+"""Paper and pens: colours, panels of maps, and the graph that everything is drawn upon."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import networkx as nx
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "panels"]
+
+# From the Okabe-Ito palette, told apart with any colour vision; agents pink, boxes blue as in the paper.
+AGENT, BOX, GOAL, HOLE, BLOCKED = "#CC79A7", "#0072B2", "#009E73", "#3A3A3A", "#D00000"
+# The pink is too light for letters.
+AGENT_INK = "#9C3F78"
+INK, QUIET = "#222222", "#BDBDBD"
+FIELD = "viridis"
+
+_PANEL = 4.6
+"""Longer side of a panel, inches."""
+_MOST_LABELS = 400
+
+
+@dataclass(frozen=True, slots=True)
+class Canvas:
+    """A map laid out on paper: how large a panel is, and how large nodes and letters can be in it.
+
+    Attributes:
+        scenario: What is drawn.
+        graph: The place, keyed by the scenario's node numbers.
+        at: Position of each node, graph units.
+        width: Width of a panel, inches.
+        height: Height of a panel, inches.
+        dot: Diameter of a node, points.
+        unit: Graph units in a point.
+        letter: Font size inside a node, points; 0 if nodes are too small for their number.
+    """
+
+    scenario: Scenario
+    graph: Any
+    at: Mapping[int, tuple[float, float]]
+    width: float
+    height: float
+    dot: float
+    unit: float
+    letter: float
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Canvas:
+        """Lays a scenario's map out."""
+        graph = scenario.topology.graph
+        at: dict[int, tuple[float, float]] = {node: graph.nodes[node]["pos"] for node in graph}
+        x0, x1, y0, y1 = _bounds(at.values(), scenario.topology.mean_length)
+        scale = _PANEL / max(x1 - x0, y1 - y0)
+        nearest = min(graph.edges[edge]["length"] for edge in graph.edges) if graph.edges else 1.0
+        dot = min(15.0, max(2.0, 0.5 * nearest * scale * 72))
+        letter = 0.46 * dot if dot > 8 and len(at) <= _MOST_LABELS else 0.0
+        return cls(scenario, graph, at, (x1 - x0) * scale, (y1 - y0) * scale, dot, 1 / (72 * scale), letter)
+
+    def frame(self, axes: Axes, title: str) -> None:
+        """Gives a panel its title, limits and axes."""
+        x0, x1, y0, y1 = _bounds(self.at.values(), self.scenario.topology.mean_length)
+        axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
+        axes.set_title(title, fontsize=9, color=INK)
+        axes.tick_params(labelsize=7, left=True, bottom=True, labelleft=True, labelbottom=True, length=2)
+        axes.set_xlabel("x [graph units]", fontsize=7)
+        axes.set_ylabel("y [graph units]", fontsize=7)
+        for spine in axes.spines.values():
+            spine.set_color(QUIET)
+
+    def edges(self, axes: Axes) -> None:
+        """Draws all edges; slopes are dashed."""
+        slopes = [edge for edge in self.graph.edges if self.graph.edges[edge]["rise"]]
+        flat = [edge for edge in self.graph.edges if not self.graph.edges[edge]["rise"]]
+        for edgelist, style in ((flat, "solid"), (slopes, "dashed")):
+            if edgelist:
+                nx.draw_networkx_edges(
+                    self.graph, self.at, ax=axes, edgelist=edgelist, edge_color=QUIET, width=0.9, style=style
+                )
+
+    def nodes(
+        self,
+        axes: Axes,
+        nodes: Sequence[int],
+        colors: Any,
+        *,
+        shape: str = "o",
+        size: float = 1.0,
+        scale: tuple[float, float] | None = None,
+        edge: str = INK,
+    ) -> Any:
+        """Draws nodes; `colors` are values on `scale`, or one colour. `size` is relative to a node's."""
+        if not nodes:
+            return None
+        low, high = scale or (None, None)
+        drawn = nx.draw_networkx_nodes(
+            self.graph, self.at, ax=axes, nodelist=list(nodes), node_color=colors, node_shape=shape,
+            node_size=(size * self.dot) ** 2, edgecolors=edge, linewidths=0.5, cmap=FIELD if scale else None,
+            vmin=low, vmax=high,
+        )  # fmt: skip
+        drawn.set_zorder(3)
+        return drawn
+
+    def numbers(self, axes: Axes, colors: Mapping[int, str]) -> None:
+        """Writes each node's number into it, in a colour that can be read there."""
+        if self.letter:
+            for node, color in colors.items():
+                x, y = self.at[node]
+                axes.text(
+                    x, y, str(node), fontsize=self.letter, color=color, ha="center", va="center_baseline", zorder=5
+                )
+
+    def note(self, axes: Axes, node: int, text: str, color: str, corner: tuple[int, int] = (1, 1)) -> None:
+        """Writes beside a node, at one of its corners; a white edge keeps it legible over lines."""
+        if not self.letter:
+            return
+        across, up = corner
+        axes.annotate(
+            text, self.at[node], xytext=(across * 0.62 * self.dot, up * 0.62 * self.dot),
+            textcoords="offset points", fontsize=max(5.5, 0.45 * self.dot), color=color, weight="bold",
+            ha={1: "left", -1: "right", 0: "center"}[across], va={1: "bottom", -1: "top", 0: "center"}[up],
+            path_effects=[withStroke(linewidth=1.6, foreground="white")], zorder=6,
+        )  # fmt: skip
+
+
+def _bounds(points: Iterable[tuple[float, float]], length: float) -> tuple[float, float, float, float]:
+    xs, ys = zip(*points, strict=True)
+    pad = 0.55 * length
+    # A line of nodes still needs some height for its letters.
+    tall = max(max(ys) - min(ys), 0.25 * (max(xs) - min(xs)), length)
+    wide = max(max(xs) - min(xs), 0.25 * (max(ys) - min(ys)), length)
+    x, y = (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
+    return x - wide / 2 - pad, x + wide / 2 + pad, y - tall / 2 - pad, y + tall / 2 + pad
+
+
+def panels(
+    canvas: Canvas,
+    count: int,
+    title: str,
+    *,
+    scale: ScalarMappable | None = None,
+    label: str = "",
+    legend: bool = False,
+) -> tuple[Figure, list[Axes]]:
+    """A figure with room for `count` maps, at most three in a row, below a title.
+
+    Places are computed, not searched for: matplotlib's own layouts take seconds for a page of maps.
+
+    Args:
+        canvas: The map.
+        count: Number of panels.
+        title: Title of the figure.
+        scale: Draws a colour bar on the right.
+        label: What the colour bar shows.
+        legend: Whether to leave room for a legend below.
+    """
+    columns = min(count, 3)
+    rows = math.ceil(count / columns)
+    left, right, top, bottom = 0.55, 0.95 if scale else 0.2, 0.7, 0.85 if legend else 0.5
+    across, down = canvas.width + 0.55, canvas.height + 0.75
+    width = left + columns * across - 0.55 + right
+    height = top + rows * down - 0.75 + bottom
+    figure = Figure(figsize=(width, height))
+    figure.suptitle(title, fontsize=11, color=INK, y=1 - 0.25 / height, va="center")
+    axes = []
+    for i in range(count):
+        row, column = divmod(i, columns)
+        low = bottom + (rows - 1 - row) * down
+        box = (left + column * across, low, canvas.width, canvas.height)
+        axes.append(figure.add_axes((box[0] / width, box[1] / height, box[2] / width, box[3] / height)))
+    if scale is not None:
+        bar = figure.add_axes(((width - 0.75) / width, bottom / height, 0.16 / width, 1 - (bottom + top) / height))
+        figure.colorbar(scale, cax=bar).set_label(label, fontsize=8)
+        bar.tick_params(labelsize=7)
+    return figure, axes

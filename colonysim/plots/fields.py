@@ -1,0 +1,95 @@
+"""Pheromone fields at the end of episodes: a panel an episode, all on one scale."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import matplotlib
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+
+from colonysim.errors import TraceError
+from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, panels
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.figure import Figure
+
+    from colonysim.trace.reader import Run
+
+__all__ = ["box_figure", "hole_figure", "node_figure"]
+
+_TITLES = {"D": "Distance pheromone D", "E": "Exploration pheromone E"}
+
+
+def node_figure(run: Run, name: str, episodes: Sequence[int]) -> Figure:
+    """A field with one value per node, such as D and E."""
+    values = []
+    for episode in episodes:
+        found = run.field(name, episode)
+        if any(isinstance(key, tuple) for key in found):
+            raise TraceError(f"the field {name!r} has more than one value per node; draw H or B instead")
+        values.append(found)
+    return _figure(run, episodes, values, _TITLES.get(name, f"Pheromone {name}"), name)
+
+
+def hole_figure(run: Run, hole: int, episodes: Sequence[int]) -> Figure:
+    """H of one hole, on every node that carries any."""
+    values = [_slice(run, "H", episode, 1, hole, 0) for episode in episodes]
+    return _figure(run, episodes, values, f"Hole pheromone H of the hole at node {hole}", f"H({hole})", mark=hole)
+
+
+def box_figure(run: Run, box: int, episodes: Sequence[int]) -> Figure:
+    """B of one box, on each hole that the box could be meant for."""
+    start = run.scenario.topology.ids[run.scenario.boxes[box].node]
+    values = [_slice(run, "B", episode, 0, box, 1) for episode in episodes]
+    title = f"Box pheromone B of box {box} (starts on node {start}), on the holes it could fill"
+    return _figure(run, episodes, values, title, f"B({box})", box_at=start, shape="s")
+
+
+def _slice(run: Run, name: str, episode: int, fixed: int, value: int, rest: int) -> dict[int, float]:
+    """The part of a field with two keys in which one of them has a value; keyed by the other."""
+    found = {frame for frame in run.frames(episode) if frame.field == name}
+    pairs = {(frame.node, frame.key): frame.value for frame in found}
+    return {keys[rest]: amount for keys, amount in pairs.items() if keys[fixed] == value}
+
+
+def _figure(
+    run: Run,
+    episodes: Sequence[int],
+    values: Sequence[Mapping[int, float]],
+    title: str,
+    label: str,
+    *,
+    mark: int | None = None,
+    box_at: int | None = None,
+    shape: str = "o",
+) -> Figure:
+    canvas = Canvas.of(run.scenario)
+    everything = [value for found in values for value in found.values()]
+    low, high = min(everything, default=0.0), max(everything, default=1.0)
+    # B may be the same everywhere: then the scale starts at 0.
+    scale = (low if high > low else min(0.0, low), high if high > 0 or high > low else 1.0)
+    norm = Normalize(*scale)
+    colours = matplotlib.colormaps[FIELD]
+    heading = f"{title} · {run.manifest['name']}"
+    figure, axes = panels(canvas, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label)
+    for axis, episode, found in zip(axes, episodes, values, strict=True):
+        canvas.edges(axis)
+        canvas.nodes(axis, [node for node in canvas.graph if node not in found], "white", edge="#8A8A8A")
+        if box_at is not None:
+            canvas.nodes(axis, [box_at], "none", shape="s", size=1.25, edge=BOX)
+            canvas.note(axis, box_at, "box", BOX, (1, 1))
+        if mark is not None:
+            canvas.nodes(axis, [mark], "none", shape="s", size=1.35, edge=HOLE)
+        canvas.nodes(axis, list(found), list(found.values()), scale=scale, shape=shape)
+        inks = dict.fromkeys(canvas.graph, INK)
+        for node, value in found.items():
+            red, green, blue, _ = colours(norm(value))
+            inks[node] = INK if 0.3 * red + 0.59 * green + 0.11 * blue > 0.5 else "white"
+            if shape == "s":
+                canvas.note(axis, node, f"{value:.3g}", INK, (0, -1))
+        canvas.numbers(axis, inks)
+        canvas.frame(axis, f"end of episode {episode}")
+    return figure

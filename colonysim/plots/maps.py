@@ -1,0 +1,83 @@
+"""The map of a scenario: boxes, holes, agents, and the edges that nobody can pass."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+from matplotlib.lines import Line2D
+
+from colonysim.plots.canvas import AGENT, AGENT_INK, BLOCKED, BOX, GOAL, HOLE, INK, QUIET, Canvas, panels
+from colonysim.plots.replay import blocked_edges, follow
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from colonysim.trace.reader import Run
+
+__all__ = ["draw_place", "map_figure"]
+
+
+def map_figure(run: Run, episode: int) -> Figure:
+    """The map at the start of an episode and at its end."""
+    scenario = run.scenario
+    canvas = Canvas.of(scenario)
+    ways = follow(scenario, run.events(episode))
+    figure, (first, last) = panels(canvas, 2, f"Map · {run.manifest['name']}", legend=True)
+    for axis, at, title in ((first, 0, "start of each episode"), (last, -1, f"end of episode {episode}")):
+        boxes = {box: way[at] for box, way in ways.boxes.items()}
+        agents = {agent: way[at] for agent, way in ways.agents.items() if not (at and agent in ways.gone)}
+        draw_place(canvas, axis, boxes, agents)
+        canvas.frame(axis, title)
+    figure.legend(handles=_legend(), loc="lower center", ncols=6, fontsize=7, frameon=False)
+    return figure
+
+
+def draw_place(canvas: Canvas, axes: Axes, boxes: dict[int, int], agents: dict[int, int]) -> None:
+    """Draws the place with its boxes and agents on their nodes."""
+    scenario = canvas.scenario
+    ids = scenario.topology.ids
+    holes = {ids[hole.node]: hole for hole in scenario.holes}
+    goal = ids[scenario.goal]
+    canvas.edges(axes)
+    _slashes(canvas, axes, blocked_edges(scenario, boxes))
+    canvas.nodes(axes, sorted(set(boxes.values())), BOX, shape="s", size=1.4)
+    canvas.nodes(axes, sorted(set(agents.values())), AGENT, size=1.4)
+    canvas.nodes(axes, [goal], GOAL, shape="D", size=1.3)
+    canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white")
+    canvas.nodes(axes, list(holes), HOLE, shape="s")
+    canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
+    for things, letter, color, corner in ((boxes, "b", BOX, (1, 1)), (agents, "a", AGENT_INK, (-1, -1))):
+        standing: dict[int, list[int]] = defaultdict(list)
+        for thing, node in things.items():
+            standing[node].append(thing)
+        for node, there in standing.items():
+            canvas.note(axes, node, letter + ",".join(map(str, sorted(there))), color, corner)
+
+
+def _slashes(canvas: Canvas, axes: Axes, edges: list[tuple[int, int]]) -> None:
+    """A short red stroke across the middle of each edge."""
+    half = 0.16 * canvas.scenario.topology.mean_length
+    for i, j in edges:
+        (x0, y0), (x1, y1) = canvas.at[i], canvas.at[j]
+        # 60 degrees to the edge, so that it reads as a slash and not as a crossing edge.
+        angle = math.atan2(y1 - y0, x1 - x0) + math.pi / 3
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+        dx, dy = half * math.cos(angle), half * math.sin(angle)
+        axes.plot([x - dx, x + dx], [y - dy, y + dy], color=BLOCKED, linewidth=1.6, solid_capstyle="round", zorder=2)
+
+
+def _legend() -> list[Line2D]:
+    def mark(shape: str, color: str, label: str) -> Line2D:
+        return Line2D([], [], linestyle="", marker=shape, color=color, markeredgecolor=INK, label=label)
+
+    return [
+        mark("o", AGENT, "agent (a)"),
+        mark("s", BOX, "box (b)"),
+        mark("s", HOLE, "hole"),
+        mark("D", GOAL, "goal"),
+        Line2D([], [], color=BLOCKED, linewidth=1.6, label="blocked edge"),
+        Line2D([], [], color=QUIET, linestyle="dashed", label="slope"),
+    ]

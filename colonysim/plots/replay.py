@@ -1,0 +1,71 @@
+"""Where agents and boxes were, step by step, as the events tell it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from colonysim.trace.schema import Event
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["Ways", "blocked_edges", "follow"]
+
+
+@dataclass(slots=True)
+class Ways:
+    """The nodes that each agent and box was on, in order; the last is where it ended.
+
+    Attributes:
+        agents: By agent, node numbers.
+        boxes: By box, node numbers.
+        gone: Agents that left at the goal.
+    """
+
+    agents: dict[int, list[int]] = field(default_factory=lambda: defaultdict(list))
+    boxes: dict[int, list[int]] = field(default_factory=dict)
+    gone: set[int] = field(default_factory=set)
+
+
+def follow(scenario: Scenario, events: Iterable[Event]) -> Ways:
+    """Follows the agents and boxes through the events of one episode."""
+    ids = scenario.topology.ids
+    ways = Ways()
+    for agent, start in enumerate(scenario.agents):
+        ways.agents[agent] = [ids[start]]
+    for box, place in enumerate(scenario.boxes):
+        ways.boxes[box] = [ids[place.node]]
+    for event in events:
+        if event.kind == "goal":
+            ways.gone.add(event.agent)
+        if event.kind != "end":
+            continue
+        if event.now_at != ways.agents[event.agent][-1]:
+            ways.agents[event.agent].append(event.now_at)
+        # Taking hold of a box does not move it; what a failed push did to it only the poses know.
+        if event.action == "push" and event.status == "arrived":
+            ways.boxes[event.box].append(event.target)
+    return ways
+
+
+def blocked_edges(scenario: Scenario, boxes: dict[int, int]) -> list[tuple[int, int]]:
+    """The edges whose ends are not level: too high a step for anyone (paper Section 3.3).
+
+    Args:
+        scenario: The place.
+        boxes: The node number that each box is on.
+    """
+    topology = scenario.topology
+    surface = list(topology.z)
+    for box, node in boxes.items():
+        surface[topology.index[node]] += scenario.boxes[box].height
+    blocked = []
+    for i, others in enumerate(topology.neighbours):
+        for j in others:
+            step = surface[j] - surface[i] - topology.rises.get((i, j), 0.0)
+            if i < j and abs(step) >= scenario.reach:
+                blocked.append((topology.ids[i], topology.ids[j]))
+    return blocked

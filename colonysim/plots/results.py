@@ -1,0 +1,72 @@
+"""Steps and success by episode."""
+
+from __future__ import annotations
+
+import math
+from statistics import fmean, stdev
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from colonysim.trace.reader import Run
+
+__all__ = ["results_figure", "running_interval"]
+
+WINDOW = 5
+# Two-sided 95 % points of Student's t for 1, 2, ... degrees of freedom.
+_T95 = (12.706, 4.303, 3.182, 2.776)
+
+
+def running_interval(values: Sequence[float], window: int = WINDOW) -> list[tuple[float, float, float]]:
+    """Mean and its 95 % interval over up to `window` values around each (Student's t)."""
+    found = []
+    for i in range(len(values)):
+        begin = max(0, min(i - window // 2, len(values) - window))
+        part = values[begin : begin + window]
+        mean = fmean(part)
+        half = _T95[len(part) - 2] * stdev(part) / math.sqrt(len(part)) if len(part) > 1 else 0.0
+        found.append((mean, mean - half, mean + half))
+    return found
+
+
+def results_figure(run: Run) -> Figure:
+    """Steps until all agents are at the goal, and the share that is there, by episode."""
+    numbers = [result.episode for result in run.episodes]
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    figure.suptitle(
+        f"{run.manifest['name']} · {run.manifest['backend']} · {run.manifest['policy']} · seed {run.manifest['seed']}",
+        fontsize=11,
+        color=INK,
+    )
+    above, below = figure.subplots(2, 1, sharex=True)
+    most = run.scenario.max_steps
+    rows = (
+        (above, [float(result.steps) for result in run.episodes], "steps of the episode", BOX, float(most)),
+        (below, [result.success for result in run.episodes], "success (share of agents at the goal)", AGENT, 1.0),
+    )
+    for axes, values, label, color, top in rows:
+        means, lows, highs = zip(*running_interval(values), strict=True)
+        axes.fill_between(
+            numbers, [max(low, 0.0) for low in lows], [min(high, top) for high in highs], color=color, alpha=0.2,
+            linewidth=0, label=f"its 95 % interval (t, n = {min(WINDOW, len(values))})",
+        )  # fmt: skip
+        axes.plot(numbers, means, color=color, linewidth=1.6, label=f"mean of {min(WINDOW, len(values))} episodes")
+        axes.plot(numbers, values, ".", color=INK, markersize=5, label="episode")
+        axes.set_ylabel(label, fontsize=8)
+        axes.set_ylim(0, 1.05 * top)
+        axes.tick_params(labelsize=8)
+        axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+    above.axhline(most, color=INK, linewidth=0.8, linestyle="dotted", label="most steps allowed")
+    above.legend(fontsize=7, loc="upper right", bbox_to_anchor=(1.0, 0.95), framealpha=0.9)
+    below.set_xlabel("episode", fontsize=8)
+    below.set_xlim(numbers[0] - 0.5, numbers[-1] + 0.5)
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return figure
