@@ -211,9 +211,10 @@ def _leg_verdict(
     if scene.box_fault(task.box):
         return "box fallen"
     verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
-    if verdict == "success" and task.kind == "hole":
-        # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies.
-        return "done" if _lies_or_pressed(scene, robot, task) else ""
+    if task.kind == "hole" and (verdict == "success" or _pressed(scene, robot, task)):
+        # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies, but no
+        # further than the robot may go without falling in.
+        return "done" if _pressed(scene, robot, task) or _lies(scene, task) else ""
     if verdict == "success" and not short_of_node(state):
         return "done" if state.distance <= settings.tolerance else "off_node"
     if math.hypot(state.x_box, state.y_box) > _LEASH:
@@ -221,16 +222,18 @@ def _leg_verdict(
     return guard(task, state, started_at) or ""
 
 
-def _lies_or_pressed(scene: Scene, robot: int, task: PushTask) -> bool:
-    """Whether the box lies in its pit, or the bumper is as far past the pit's edge as it may go."""
+def _lies(scene: Scene, task: PushTask) -> bool:
+    return task.pit is None or scene.box_seated(task.box, scene.terrain.pits[task.pit])
+
+
+def _pressed(scene: Scene, robot: int, task: PushTask) -> bool:
+    """Whether the bumper is as far past the pit's edge as it may go."""
     if task.pit is None:
-        return True
-    pit, pose = scene.terrain.pits[task.pit], scene.robot(robot)
-    if scene.box_seated(task.box, pit):
-        return True
+        return False
+    pose = scene.robot(robot)
     c, s = math.cos(task.line), math.sin(task.line)
     nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - BUMPER
-    return nose <= pit.side / 2 - OVERRUN
+    return nose <= scene.terrain.pits[task.pit].side / 2 - OVERRUN
 
 
 def _leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
