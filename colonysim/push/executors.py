@@ -62,7 +62,7 @@ def make_executor(
         chooser: Puts untrained weights, or the constant control Push In, in the network's place.
         testing: How the network's values become choices.
         ticks: T, control ticks of one action; None: what the network was trained with.
-        tries: Tries of each straight leg (`staged`) or of a push (`scripted`).
+        tries: Failed pushes (`staged`) or pushes begun (`scripted`) before it gives up.
         limit: Simulated seconds of a push (`staged` and `scripted`).
         gate: Feasibility classifier that may refuse a push (`rl`).
 

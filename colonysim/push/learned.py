@@ -33,7 +33,7 @@ class StagedSettings:
 
     Attributes:
         ticks: T, control ticks of one action of the network.
-        tries: Pushes begun for one straight leg before it gives up.
+        tries: Failed pushes before it gives up, all straight legs of the way together.
         limit: Simulated seconds before it gives up.
         tolerance: A box this close to its node has arrived, metres.
         accepted: A box this close counts as arrived when no try is left, metres.
@@ -162,7 +162,6 @@ def staged_push(
                     break
             reason = yield from _network_part(pilot, _leg_task(scene, task, leg), choose, settings)
             if reason == "done" and not leg.hole:
-                failed = 0
                 continue
             if reason in _FAULTS:
                 break
