@@ -104,7 +104,7 @@ class TrainingConfig:
     epsilon: float = 0.15
     epsilon_decay: float = 0.999
     epsilon_floor: float = 0.02
-    actions: int | None = 60_000
+    actions: int | None = 50_000
     episodes: int | None = None
     train_block: int = 20
     test_block: int = 20
@@ -118,7 +118,7 @@ class TrainingConfig:
     )
     score_blocks: int = 3
     candidates: int = 4
-    playoff: int = 50
+    playoff: int = 24
 
 
 PRESETS: dict[str, TrainingConfig] = {
