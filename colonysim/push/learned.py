@@ -165,10 +165,16 @@ def staged_push(
                 continue
             if reason in _FAULTS:
                 break
-            failed += reason != "done"
             if (fault := (yield from pilot.straight(-BACK_OFF, BACK_SPEED, "back"))) != "done":
                 reason = fault
                 break
+            if reason == "done" and pit is not None:
+                # Only now: the network chooses everything until the robot has backed off.
+                if (fault := (yield from pilot.wait(_SETTLE_SECONDS))) != "done":
+                    reason = fault
+                    break
+                reason = "done" if scene.box_seated(task.box, pit) else "not seated"
+            failed += reason != "done"
     finally:
         pilot.flush()
     return ManoeuvreResult(reason == "done", reason, pilot.seconds, tries)
@@ -195,10 +201,6 @@ def _network_part(pilot: Pilot, task: PushTask, choose: Choose, settings: Staged
                 if reason:
                     break
         pilot.flush()
-        if reason == "done" and task.pit is not None:
-            if (fault := (yield from pilot.wait(_SETTLE_SECONDS))) != "done":
-                return fault
-            return "done" if scene.box_seated(task.box, scene.terrain.pits[task.pit]) else "not seated"
         if reason:
             return reason
     return "slow"
