@@ -39,6 +39,9 @@ _MAX_TORQUE = 100.0
 _UPRIGHT = 0.8
 """Below this cosine of the tilt the wheels have lost the ground."""
 _AT_REST = 1e-3
+_STILL = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+_DROWSY = 1e-3
+"""Above this sum of squared speeds no body falls asleep (the engine's threshold is far lower)."""
 _LOOK_TICKS = 5
 _FALLING = 0.05
 _FORCE_AT = (0.0, 0.0, -0.19)
@@ -111,7 +114,7 @@ class Traction:
         resting: Whether the last step needed no force at all.
     """
 
-    __slots__ = ("_countdown", "_engine", "_lift", "body", "grounded", "left", "resting", "right", "upright")
+    __slots__ = ("_countdown", "_engine", "_lift", "_slow", "body", "grounded", "left", "resting", "right", "upright")
 
     def __init__(self, engine: Engine, body: int) -> None:
         self._engine = engine
@@ -121,6 +124,7 @@ class Traction:
         self.resting = False
         self.upright = 1.0
         self._lift = 0.0
+        self._slow = True
         self._countdown = 0
 
     def ask(self, left: float, right: float) -> None:
@@ -130,15 +134,16 @@ class Traction:
         if left != self.left or right != self.right:
             self.left, self.right = left, right
             self.resting = False
-            # Forces do not wake a sleeping body, and a robot that pushes in vain may have fallen asleep.
-            self._engine.wake(self.body)
+            if self._slow:
+                # Forces do not wake a sleeping body, and a robot that pushes in vain may have fallen asleep.
+                self._engine.wake(self.body)
 
     def settle(self) -> None:
         """Forget the past after the robot was put somewhere; its wheels stop."""
         self.left = self.right = 0.0
         # There is no contact until the next step: without this the first tick would have no brakes.
         self.grounded, self.resting, self.upright = True, False, 1.0
-        self._lift, self._countdown = 0.0, _LOOK_TICKS
+        self._lift, self._slow, self._countdown = 0.0, True, _LOOK_TICKS
 
     def look(self) -> None:
         """Find out whether the wheels stand on something; called before every tick.
@@ -155,12 +160,16 @@ class Traction:
 
     def apply(self) -> None:
         """Push the body towards the speeds its wheels ask for, as far as the ground's grip allows."""
-        _, (x, y, z, w) = self._engine.pose(self.body)
+        engine, body = self._engine, self.body
+        velocity = engine.velocity(body)
+        if self.resting and velocity == _STILL:
+            return
+        _, (x, y, z, w) = engine.pose(body)
         self.upright = r22 = 1 - 2 * (x * x + y * y)
         if not (self.grounded and r22 >= _UPRIGHT):
-            self.resting = False
+            self.resting, self._slow = False, True
             return
-        (vx, vy, vz), (wx, wy, wz) = self._engine.velocity(self.body)
+        (vx, vy, vz), (wx, wy, wz) = velocity
         r20, r21 = 2 * (x * z - w * y), 2 * (y * z + w * x)
         left, right = self.left, self.right
         if (
@@ -170,9 +179,10 @@ class Traction:
             and abs(vx) + abs(vy) + abs(wz) < _AT_REST
         ):
             # A parked robot on level ground is left alone, so that the engine can let it sleep.
-            self.resting = True
+            self.resting = self._slow = True
             return
         self.resting = False
+        self._slow = vx * vx + vy * vy + wz * wz < _DROWSY
         self._lift = vx * 2 * (x * z + w * y) + vy * 2 * (y * z - w * x) + vz * r22
         ahead = vx * (1 - 2 * (y * y + z * z)) + vy * 2 * (x * y + w * z) + vz * r20
         aside = vx * 2 * (x * y - w * z) + vy * (1 - 2 * (x * x + z * z)) + vz * r21
@@ -185,4 +195,4 @@ class Traction:
             fx, fy = fx * most / asked, fy * most / asked
         torque = _YAW_INERTIA * _SERVO * ((right - left) * (WHEEL_RADIUS / TRACK) - turning)
         torque = max(-_MAX_TORQUE, min(_MAX_TORQUE, torque))
-        self._engine.push(self.body, (fx, fy, 0.0), _FORCE_AT, (0.0, 0.0, torque))
+        engine.push(body, (fx, fy, 0.0), _FORCE_AT, (0.0, 0.0, torque))

@@ -69,6 +69,8 @@ class Scene:
         ]
         self._tractions: list[Traction | None] = [Traction(self._engine, build_robot(self._engine, r)) for r in robots]
         self._tilted = [0] * len(self._tractions)
+        self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
+        self._forget()
 
     @property
     def time(self) -> float:
@@ -101,18 +103,25 @@ class Scene:
                 traction.apply()
             engine.step()
         self.ticks += 1
+        self._forget()
         for i, maybe in enumerate(self._tractions):
             if maybe is not None:
                 self._tilted[i] = 0 if maybe.upright >= 0.8 else self._tilted[i] + 1
 
     def robot(self, i: int) -> Pose:
         """Pose of a robot; its origin lies on the ground between the wheels."""
-        return origin_pose(*self._engine.pose(self._traction(i).body))
+        pose = self._robot_poses.get(i)
+        if pose is None:
+            pose = self._robot_poses[i] = origin_pose(*self._engine.pose(self._traction(i).body))
+        return pose
 
     def box(self, i: int) -> Pose:
         """Pose of a box's centre; the yaw is raw, a square box looks the same every 90 degrees."""
-        position, rotation = self._engine.pose(self._boxes[i])
-        return Pose(*position, *euler(rotation))
+        pose = self._box_poses.get(i)
+        if pose is None:
+            position, rotation = self._engine.pose(self._boxes[i])
+            pose = self._box_poses[i] = Pose(*position, *euler(rotation))
+        return pose
 
     def has_robot(self, i: int) -> bool:
         """Whether a robot is still in the world."""
@@ -124,15 +133,18 @@ class Scene:
         self._engine.place(traction.body, *chassis_place(x, y, z, yaw))
         traction.settle()
         self._tilted[i] = 0
+        self._forget()
 
     def place_box(self, i: int, x: float, y: float, z: float, yaw: float) -> None:
         """Put a box somewhere, level and at rest; `z` is the height of its underside."""
         self._engine.place(self._boxes[i], (x, y, z + self.boxes[i].height / 2), quaternion(yaw))
+        self._forget()
 
     def remove_robot(self, i: int) -> None:
         """Take a robot's body out of the world; asking for its pose afterwards is an error."""
         self._engine.remove(self._traction(i).body)
         self._tractions[i] = None
+        self._forget()
 
     def robot_fault(self, i: int) -> str | None:
         """What makes a robot unable to go on.
@@ -147,14 +159,16 @@ class Scene:
             return "nan"
         if self._tilted[i] >= _FLIPPED_TICKS:
             return "flipped"
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        c, s, dip = math.cos(pose.yaw), math.sin(pose.yaw), math.sin(pose.pitch)
+        lowest = pose.z - (BUMPER - 0.1) * abs(dip)
         for pit in self.terrain.pits:
+            if lowest >= pit.rim - _SUNK:
+                continue
             for reach in (BUMPER - 0.1, 0.0, 0.1 - BUMPER):
                 x, y = pose.x + reach * c, pose.y + reach * s
-                if pose.z - reach * math.sin(pose.pitch) < pit.rim - _SUNK and pit.contains(x, y):
+                if pose.z - reach * dip < pit.rim - _SUNK and pit.contains(x, y):
                     return "in_pit"
-        lowest = min([g.z for g in self.terrain.grounds] + [p.rim - p.depth for p in self.terrain.pits])
-        return "fallen" if pose.z < lowest - 0.3 else None
+        return "fallen" if pose.z < self._bottom - 0.3 else None
 
     def robots_touch(self, i: int, j: int) -> bool:
         """Whether two robots pressed against each other in the last physics step."""
@@ -165,8 +179,7 @@ class Scene:
         pose = self.box(i)
         if not all(map(math.isfinite, pose)):
             return "nan"
-        lowest = min([g.z for g in self.terrain.grounds] + [p.rim - p.depth for p in self.terrain.pits])
-        return "fallen" if pose.z < lowest - 0.3 else None
+        return "fallen" if pose.z < self._bottom - 0.3 else None
 
     def box_seated(self, i: int, pit: Pit, tilt: float = 0.06) -> bool:
         """Whether a box lies level inside a pit, on the floor or on a stack of seated boxes.
@@ -176,6 +189,13 @@ class Scene:
             pit: The pit.
             tilt: Largest roll or pitch, radians.
         """
+        key = (i, pit, tilt)
+        seated = self._seated.get(key)
+        if seated is None:
+            seated = self._seated[key] = self._is_seated(i, pit, tilt)
+        return seated
+
+    def _is_seated(self, i: int, pit: Pit, tilt: float) -> bool:
         pose, spec = self.box(i), self.boxes[i]
         if not pit.contains(pose.x, pose.y) or max(abs(pose.roll), abs(pose.pitch)) > tilt:
             return False
@@ -211,6 +231,12 @@ class Scene:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _forget(self) -> None:
+        """Poses, and what follows from them, are asked for many times between two changes of the scene."""
+        self._robot_poses: dict[int, Pose] = {}
+        self._box_poses: dict[int, Pose] = {}
+        self._seated: dict[tuple[int, Pit, float], bool] = {}
 
     def _traction(self, i: int) -> Traction:
         traction = self._tractions[i]

@@ -100,7 +100,7 @@ def test_a_robot_that_leaves_the_ground_or_has_no_pose_is_found_out():
         run(scene, 1.0)
         assert scene.robot_fault(0) == "fallen"
         assert scene.robot_fault(1) is None
-        scene._engine.place(scene._tractions[1].body, (math.nan, 0, 0), (0.0, 0.0, 0.0, 1.0))
+        scene.place_robot(1, math.nan, 0, 0, 0)
         assert scene.robot_fault(1) == "nan"
 
 
