@@ -68,7 +68,7 @@ class _Shown:
 
     def __init__(self, console: object, title: str, total: float, begun: float) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, Progress, TextColumn
 
         if not isinstance(console, Console):
             raise TypeError("a bar needs a console")
@@ -76,16 +76,16 @@ class _Shown:
         self._begun = begun
         self._progress = Progress(
             TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),
-            TimeElapsedColumn(), TextColumn("{task.fields[left]}"), console=console, transient=True,
+            TextColumn("{task.fields[clock]}"), console=console, transient=True,
         )  # fmt: skip
-        self._task = self._progress.add_task(title, total=total, left="")
+        self._task = self._progress.add_task(title, total=total, clock="")
         self._progress.start()
 
     def update(self, done: float) -> None:
         share = min(done / self._total, 1.0) if self._total else 1.0
         spent = time.monotonic() - self._begun
-        left = f"{_clock(spent / share - spent)} left" if share > 0.001 else ""
-        self._progress.update(self._task, completed=done, left=left)
+        left = f", {_clock(spent / share - spent)} left" if share > 0.001 else ""
+        self._progress.update(self._task, completed=done, clock=_clock(spent) + left)
 
     def stop(self) -> None:
         self._progress.stop()

@@ -98,19 +98,19 @@ def command(
     loaded = load_scenario(scenario, variant, settings)
     count = loaded.episodes if episodes is None else episodes
     begun: list[Run] = []
-    with Bar(f"{loaded.name} on {backend}", count, quiet) as bar:
-        watch = _Watch(bar, loaded.max_steps)
-        try:
+    try:
+        with Bar(f"{loaded.name} on {backend}", count, quiet) as bar:
+            watch = _Watch(bar, loaded.max_steps)
             recorded = run(
                 loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
                 episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
                 backend_options=options, on_start=begun.append, on_event=watch,
             )  # fmt: skip
-        except KeyboardInterrupt:
-            where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
-            done = len(begun[0].episodes) if begun else 0
-            say(f"Interrupted after {done} of {count} episodes.{where}")
-            raise SystemExit(130) from None
+    except KeyboardInterrupt:
+        where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
+        done = len(begun[0].episodes) if begun else 0
+        say(f"Interrupted after {done} of {count} episodes.{where}")
+        raise SystemExit(130) from None
     if as_json:
         print_json(results(recorded))
     else:

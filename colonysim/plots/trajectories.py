@@ -26,7 +26,7 @@ _LINES = ("solid", "dashed", "dashdot", "dotted")
 
 
 def trajectories_figure(run: Run, episodes: Sequence[int]) -> Figure:
-    """A panel an episode; as driven if the run holds poses in the map's units, else from node to node."""
+    """A panel an episode; as driven if the run holds poses, else from node to node."""
     canvas = Canvas.of(run.scenario)
     title = f"Trajectories · {run.manifest['name']} · {run.manifest['backend']} · {run.manifest['policy']}"
     figure, axes = panels(canvas, len(episodes), title, legend=True)
@@ -35,9 +35,11 @@ def trajectories_figure(run: Run, episodes: Sequence[int]) -> Figure:
         _place(canvas, axis)
         driven = _driven(run, episode)
         agents, boxes = driven or _node_to_node(run, canvas, episode)
-        for ways, color, width in ((boxes, BOX, 2.4), (agents, AGENT, 1.3)):
+        first_box = len(run.scenario.agents)
+        for ways, color, width, first in ((boxes, BOX, 2.4, first_box), (agents, AGENT, 1.3, 0)):
             for number, way in ways.items():
-                _draw(axis, way, color, width, _LINES[number % len(_LINES)])
+                aside = _side(canvas, first + number) if driven else (0.0, 0.0)
+                _draw(axis, way, color, width, _LINES[number % len(_LINES)], aside)
         result = results[episode]
         canvas.frame(axis, f"episode {episode}: {result.steps} steps, success {result.success:.2f}")
     figure.legend(handles=_legend(), loc="lower center", ncols=6, fontsize=7, frameon=False)
@@ -58,41 +60,51 @@ def _place(canvas: Canvas, axes: Axes) -> None:
 def _node_to_node(run: Run, canvas: Canvas, episode: int) -> tuple[dict[int, Way], dict[int, Way]]:
     """The ways along the edges, each passing its nodes on another side, so that none hides another."""
     ways = follow(run.scenario, run.events(episode))
-    many = len(ways.agents) + len(ways.boxes)
-    radius = 0.66 * canvas.dot * canvas.unit  # just outside a node, whose number must stay legible
-    number = 0
     shifted: list[dict[int, Way]] = [{}, {}]
     for place, paths in enumerate((ways.agents, ways.boxes)):
         for thing, nodes in paths.items():
-            angle = 2 * math.pi * number / many + 0.4
-            dx, dy = radius * math.cos(angle), radius * math.sin(angle)
-            number += 1
+            dx, dy = _side(canvas, thing + place * len(ways.agents))
             if len(nodes) > 1:
                 shifted[place][thing] = [(canvas.at[node][0] + dx, canvas.at[node][1] + dy) for node in nodes]
     return shifted[0], shifted[1]
 
 
+def _side(canvas: Canvas, thing: int) -> tuple[float, float]:
+    """Which way a thing is moved aside at a node: just outside it, so that its number stays legible."""
+    many = len(canvas.scenario.agents) + len(canvas.scenario.boxes)
+    angle = 2 * math.pi * thing / many + 0.4
+    radius = 0.66 * canvas.dot * canvas.unit
+    return radius * math.cos(angle), radius * math.sin(angle)
+
+
 def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | None:
-    """The poses of an episode in graph units, or None if the run has none."""
+    """The poses of an episode in graph units, or None if the run has none at all."""
     poses = run.table("poses")
     if not poses.num_rows:
         return None
     import pyarrow.compute as pc
 
+    from colonysim.backends.layout import XY_SCALE
+
+    # Bodies are in metres: the graph's coordinates times the scale that the scenario gives or leaves open.
+    scale = float(run.scenario.physics.get("xy_scale") or XY_SCALE)
     poses = poses.filter(pc.equal(poses["episode"], episode))
     agents: dict[int, Way] = defaultdict(list)
     boxes: dict[int, Way] = defaultdict(list)
     columns = [poses[name].to_pylist() for name in ("body", "number", "x", "y")]
     for body, number, x, y in zip(*columns, strict=True):
-        (boxes if body == "box" else agents)[number].append((x, y))
-    return (agents, boxes) if agents or boxes else None
+        (boxes if body == "box" else agents)[number].append((x / scale, y / scale))
+    return agents, boxes
 
 
-def _draw(axes: Axes, way: Way, color: str, width: float, style: str) -> None:
+def _draw(axes: Axes, way: Way, color: str, width: float, style: str, aside: tuple[float, float]) -> None:
     xs, ys = zip(*way, strict=True)
     axes.plot(xs, ys, color=color, linewidth=width, linestyle=style, alpha=0.85, solid_joinstyle="round", zorder=2)
-    axes.plot(xs[:1], ys[:1], "o", color=color, markersize=4, markeredgecolor="white", markeredgewidth=0.6, zorder=6)
-    axes.plot(xs[-1:], ys[-1:], "X", color=color, markersize=6, markeredgecolor="white", markeredgewidth=0.6, zorder=6)
+    for (x, y), marker, size in ((way[0], "o", 4), (way[-1], "X", 6)):
+        axes.plot(
+            x + aside[0], y + aside[1], marker, color=color, markersize=size, markeredgecolor="white",
+            markeredgewidth=0.6, zorder=6,
+        )  # fmt: skip
 
 
 def _legend() -> list[Line2D]:

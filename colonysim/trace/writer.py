@@ -30,7 +30,7 @@ class TraceWriter:
     """Takes rows, hashes them, and writes them as Parquet parts, each renamed into place.
 
     Rows wait in a list until there are a few thousand, then become columns and a share of the hash. Columns
-    are written once they hold `rows_per_part` rows, or when an event comes more than a second (or a tenth
+    are written once they hold `rows_per_part` rows, or when an event comes more than two seconds (or a tenth
     of the run's time so far) after the last parts: a killed run loses little, and a long one does not end
     as thousands of small files. The hash does not depend on any of this.
 
@@ -58,7 +58,7 @@ class TraceWriter:
         *,
         drop: Collection[Table] = (),
         rows_per_part: int = 16384,
-        flush_seconds: float = 1.0,
+        flush_seconds: float = 2.0,
     ) -> None:
         self.directory = directory
         self.manifest = manifest
