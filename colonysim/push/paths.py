@@ -167,7 +167,8 @@ def surface(terrain: Terrain, x: Array, y: Array) -> Array:
         inside = (x >= g.xmin) & (x <= g.xmax) & (y >= g.ymin) & (y <= g.ymax)
         top = np.where(inside, np.maximum(top, g.z), top)
     for ramp in terrain.ramps:
-        c, s = math.cos(ramp.yaw), math.sin(ramp.yaw)
+        yaw = ramp.yaw
+        c, s = math.cos(yaw), math.sin(yaw)
         along = c * (x - ramp.x0) + s * (y - ramp.y0)
         across = -s * (x - ramp.x0) + c * (y - ramp.y0)
         inside = (np.abs(across) <= ramp.half_width) & (along >= -ramp.landing)
@@ -179,14 +180,50 @@ def surface(terrain: Terrain, x: Array, y: Array) -> Array:
 
 def _border_slack(terrain: Terrain, x: Array, y: Array) -> Array:
     """Slack towards the ground's border and towards cliffs, in coarse grades."""
+    slack = np.full(x.shape, _AMPLE)
+    edgy = ~_amid(terrain, x, y)
+    if edgy.any():
+        slack[edgy] = _edge_slack(terrain, x[edgy], y[edgy])
+    return slack
+
+
+def _amid(terrain: Terrain, x: Array, y: Array) -> NDArray[np.bool_]:
+    """Where the ground is the same level rectangle as far as `_edge_slack` would look: there is ample room."""
+    reach = BORDER_CLEARANCE + _COMFORT + 0.01
+    amid = np.zeros(x.shape, dtype=bool)
+    for g in terrain.grounds:
+        inside = (x >= g.xmin + reach) & (x <= g.xmax - reach) & (y >= g.ymin + reach) & (y <= g.ymax - reach)
+        for other in terrain.grounds:
+            if other.z > g.z:
+                inside &= ~_within(x, y, other.xmin, other.ymin, other.xmax, other.ymax, reach)
+        amid |= inside
+    for ramp in terrain.ramps:
+        # The square around the strip and its landings, whichever way it points.
+        half = math.hypot(ramp.length / 2 + ramp.landing, ramp.half_width)
+        cx, cy = (ramp.x0 + ramp.x1) / 2, (ramp.y0 + ramp.y1) / 2
+        amid &= ~_within(x, y, cx - half, cy - half, cx + half, cy + half, reach)
+    return amid
+
+
+def _within(
+    x: Array, y: Array, xmin: float, ymin: float, xmax: float, ymax: float, margin: float
+) -> NDArray[np.bool_]:
+    return (x >= xmin - margin) & (x <= xmax + margin) & (y >= ymin - margin) & (y <= ymax + margin)
+
+
+def _edge_slack(terrain: Terrain, x: Array, y: Array) -> Array:
     here = surface(terrain, x, y)
-    slack = np.where(np.isfinite(here), _AMPLE, -BORDER_CLEARANCE)
+    ground = np.isfinite(here)
+    slack = np.where(ground, _AMPLE, -BORDER_CLEARANCE)
+    if not ground.all():
+        if ground.any():
+            slack[ground] = _edge_slack(terrain, x[ground], y[ground])
+        return slack
     for reach, grade in ((BORDER_CLEARANCE + _COMFORT, 0.0), (BORDER_CLEARANCE, -_COMFORT)):
         for k in range(8):
             a = k * math.pi / 4
             there = surface(terrain, x + reach * math.cos(a), y + reach * math.sin(a))
-            with np.errstate(invalid="ignore"):
-                sound = np.abs(there - here) <= _STEEPEST * reach + 0.02
+            sound = np.abs(there - here) <= _STEEPEST * reach + 0.02
             slack = np.where(sound, slack, np.minimum(slack, grade))
     return slack
 
