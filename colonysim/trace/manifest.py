@@ -144,7 +144,7 @@ def prepare_directory(out: Path | None, name: str, variant: str | None, backend:
             out.mkdir(parents=True, exist_ok=True)
             return out
         words = [name, variant or "", backend]
-        stem = "-".join(word for word in (re.sub(r"[^\w.-]+", "_", text).strip("_-") for text in words) if word)
+        stem = "-".join(word for word in (re.sub(r"[^\w.-]+", "_", text).strip("_-.") for text in words) if word)
         for number in range(1, 1_000_000):
             path = Path("runs") / f"{stem}-s{seed}-{number}"
             try:

@@ -41,6 +41,7 @@ class Run:
         self.path = path
         self.manifest = manifest
         self._episodes = episodes
+        self._tables: dict[str, Any] = {}
 
     @classmethod
     def open(cls, path: str | Path) -> Run:
@@ -90,7 +91,12 @@ class Run:
             raise TraceError(f"no table {name!r} in a trace; there are: {', '.join(TABLES)}")
         if self.path is None:
             raise TraceError("this run kept no trace; run it again with one to read its tables")
-        return read_parts(self.path, name)
+        if name in self._tables:
+            return self._tables[name]
+        rows = read_parts(self.path, name)
+        if self.status != "running":  # what is still being written must be read anew
+            self._tables[name] = rows
+        return rows
 
     def _of_episode(self, name: Table, episode: int | None) -> Any:
         table = self.table(name)
@@ -158,10 +164,12 @@ class Run:
         """
         if self.trace_sha256 is None:
             raise TraceError(f"{self.path}: the run was not finished, so there is no hash to compare with")
+        if self.path is None:
+            raise TraceError("this run kept no trace; there is nothing to compare its hash with")
         digests = []
         for name in TABLES:
             if name in self.manifest["rows"]:
-                table = self.table(name)
+                table = read_parts(self.path, name)
                 digest = TableDigest(name)
                 columns = [column.to_pylist() for column in table.columns]
                 digest.add(list(zip(*columns, strict=True)))

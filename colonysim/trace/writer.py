@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
 from collections import deque
 from typing import TYPE_CHECKING, Any
@@ -111,16 +113,17 @@ class TraceWriter:
         rows = self._pending[table]
         if not rows:
             return
-        columns = self._digests[table].add(rows)
-        rows.clear()
-        if self.directory is None:
-            return
-        packed = self._packed[table]
-        for name, column in columns.items():
-            if name in packed:
-                packed[name].extend(column)
-            else:
-                packed[name] = column
+        with _Undisturbed():
+            columns = self._digests[table].add(rows)
+            rows.clear()
+            if self.directory is None:
+                return
+            packed = self._packed[table]
+            for name, column in columns.items():
+                if name in packed:
+                    packed[name].extend(column)
+                else:
+                    packed[name] = column
         if packed["episode"].rows >= self._rows_per_part:
             self._store(table)
 
@@ -129,9 +132,10 @@ class TraceWriter:
         if not packed or self.directory is None:
             return
         name = f"part-{self._parts[table]:05d}.parquet"
-        write_part(self.directory / table / name, packed, self._digests[table].codes)
-        self._parts[table] += 1
-        packed.clear()
+        with _Undisturbed():
+            write_part(self.directory / table / name, packed, self._digests[table].codes)
+            self._parts[table] += 1
+            packed.clear()
 
     def finish(self, status: str) -> str:
         """Writes what is left and the final manifest; returns the trace's hash.
@@ -163,3 +167,23 @@ class TraceWriter:
             return
         stopped = kind is not None and issubclass(kind, (KeyboardInterrupt, GeneratorExit))
         self.finish("finished" if kind is None else "interrupted" if stopped else "failed")
+
+
+class _Undisturbed:
+    """Lets Ctrl-C wait for the end of the block: rows must be hashed and written once, not half or twice."""
+
+    def __enter__(self) -> None:
+        self._waiting = False
+        self._before: Any = None
+        # Elsewhere than in the main thread no handler can be set, and none is ever called.
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._wait)
+
+    def _wait(self, *_: object) -> None:
+        self._waiting = True
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+        if self._waiting:
+            raise KeyboardInterrupt

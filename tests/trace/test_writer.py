@@ -173,3 +173,30 @@ def test_the_manifest_is_plain_json(tmp_path: Path) -> None:
     assert stored["rows"]["events"] == 120
     assert random.Random(stored["trace_sha256"])  # a plain string
     assert not list((tmp_path / "run").rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("at", ["add", "write_part"])
+def test_ctrl_c_waits_until_rows_are_hashed_and_written(
+    at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import colonysim.trace.writer as module
+
+    owner, name = (module.TableDigest, "add") if at == "add" else (module, "write_part")
+    original = getattr(owner, name)
+
+    def interrupted(*args: object) -> object:
+        os.kill(os.getpid(), signal.SIGINT)
+        monkeypatch.setattr(owner, name, original)
+        return original(*args)
+
+    path = tmp_path / "run"
+    path.mkdir()
+    made = rows()
+    with pytest.raises(KeyboardInterrupt), TraceWriter(path, manifest(), rows_per_part=30) as writer:
+        monkeypatch.setattr(owner, name, interrupted)
+        for table, row in made:
+            writer.write(table, row)
+    run = Run.open(path)
+    assert run.status == "interrupted" and run.verify()
+    assert 30 <= run.table("events").num_rows <= 120
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
