@@ -14,7 +14,7 @@ from colonysim.pheromones.field import Visit, Write
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.trace.schema import Decision, Deposit, EpisodeResult, Event, Frame
-from colonysim.world.intents import Push, Travel, Wait
+from colonysim.world.intents import Push, Wait
 from colonysim.world.state import AgentStatus, World
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Choice, Policy
     from colonysim.trace.schema import Sink
-    from colonysim.world.intents import Intent, Outcome
+    from colonysim.world.intents import Move, Outcome
     from colonysim.world.scenario import Scenario
 
 __all__ = ["MODES", "make_backend", "make_policy", "simulate"]
@@ -179,6 +179,7 @@ class _Episode:
         self.write = sink.write if sink else None
         self.decisions = decisions and sink is not None
         self.env = simpy.Environment()
+        self.now = 0.0
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
         self.steps = [0] * len(views)
         self.finished: set[int] = set()
@@ -193,6 +194,8 @@ class _Episode:
         # -1 ("none") must stay -1 when indices become the numbers of the scenario's file.
         self.names = (*world.topology.ids, -1)
         self.hole_names = (*(world.topology.ids[hole.node] for hole in world.scenario.holes), -1)
+        self.marks = [(name, field, range(len(world.box_node)) if field.by_box else self.names)
+                      for name, field in fields.items()]
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -224,8 +227,9 @@ class _Episode:
             elif due > limit:
                 ended, now = "timeout", limit
             else:
+                # All that a step runs happens at this time; asking the environment each time is slow.
+                self.now = now = due
                 env.step()
-                now = env.now
             if self.events:
                 yield from self.events
                 self.events.clear()
@@ -276,20 +280,19 @@ class _Episode:
                 clear = blockers[0] if isinstance(intent, Push) else -1
                 yield from self._wait(agent, Wait(tuple(blockers), view.edge_seconds, clear))
                 continue
-            began = self.env.now
-            outcome = yield from self._act(agent, intent)
+            began = self.now
+            outcome: Outcome = yield self._act(agent, intent)
             self._settle(agent, intent, outcome, began)
 
-    def _act(self, agent: int, intent: Intent) -> Generator[simpy.Event, Any, Outcome]:
+    def _act(self, agent: int, intent: Move) -> simpy.Event:
+        """Begins an action; the event's value will be its outcome."""
         done = self._start(agent, intent)
         if done is not None:
-            yield self.env.timeout(done.seconds)
-            return done.outcome
+            return self.env.timeout(done.seconds, done.outcome)
         event = self.pending[agent] = self.env.event()
         if self.clock_wanted is not None:
             _trigger(self.clock_wanted)
-        outcome: Outcome = yield event
-        return outcome
+        return event
 
     def _wait(self, agent: int, wait: Wait) -> Generator[simpy.Event, Any, None]:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
@@ -309,12 +312,12 @@ class _Episode:
             addressee = self.woken.get(world.occupant[wait.clear])
             if addressee is not None:
                 _trigger(addressee)
-        since = self.env.now
+        since = self.now
         yield event
         del self.woken[agent]
         for node in wait.nodes:
             self.watchers[node].pop(agent, None)
-        view.waited += (self.env.now - since) / view.edge_seconds
+        view.waited += (self.now - since) / view.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
         requests = self.world.clear_requests
@@ -322,6 +325,8 @@ class _Episode:
             del requests[node]
 
     def _wake(self, nodes: Iterable[int]) -> None:
+        if not self.woken:
+            return
         for node in sorted(nodes):
             for agent in self.watchers.get(node, ()):
                 event = self.woken.get(agent)
@@ -336,8 +341,8 @@ class _Episode:
             if not active:
                 return
             choices = {agent: self._decide(agent) for agent in active}
-            began = self.env.now
-            moving: dict[int, Generator[simpy.Event, Any, Outcome]] = {}
+            began = self.now
+            moving: dict[int, Move] = {}
             timed = False
             for agent, choice in choices.items():
                 intent = choice.intent
@@ -349,25 +354,24 @@ class _Episode:
                     self.views[agent].refused = intent
                     self._tick_waits(agent, Wait(tuple(blockers)))
                 else:
-                    moving[agent] = self._act(agent, intent)
+                    moving[agent] = intent
             if not moving and not timed:
                 self.stuck = True
                 return
-            processes = {agent: self.env.process(act) for agent, act in moving.items()}
-            if processes:
-                yield self.env.all_of(list(processes.values()))
+            actions = {agent: self._act(agent, intent) for agent, intent in moving.items()}
+            if actions:
+                yield self.env.all_of(list(actions.values()))
             else:
                 yield self.env.timeout(self.backend.edge_seconds)
             self.world.clear_requests.clear()
             for agent, choice in choices.items():
-                process = processes.get(agent)
-                if process is None:
+                if agent in moving:
+                    outcome: Outcome = actions[agent].value  # type: ignore[assignment]
+                    self._settle(agent, moving[agent], outcome, began)
+                else:
                     self.steps[agent] += 1
                     if isinstance(choice.intent, Wait) and choice.intent.clear >= 0:
                         self.world.clear_requests[choice.intent.clear] = agent
-                else:
-                    outcome: Outcome = process.value  # type: ignore[assignment]
-                    self._settle(agent, choice.intent, outcome, began)
 
     def _tick_waits(self, agent: int, wait: Wait) -> None:
         self._note_wait(agent, wait)
@@ -404,17 +408,17 @@ class _Episode:
         self.memories[agent] = choice.memory
         if self.decisions and self.write and choice.targets:
             names, intent = self.names, choice.intent
-            chosen = intent.node if isinstance(intent, Travel | Push) else -1
+            chosen = -1 if isinstance(intent, Wait) else intent.node
             self.write(
                 "decisions",
                 Decision(
-                    self.number, self.env.now, agent, names[view.node], choice.explored, names[chosen],
+                    self.number, self.now, agent, names[view.node], choice.explored, names[chosen],
                     tuple([names[node] for node in choice.targets]), choice.boxes, choice.probabilities,
                 ),
             )  # fmt: skip
         return choice
 
-    def _reserve(self, agent: int, intent: Intent) -> list[int]:
+    def _reserve(self, agent: int, intent: Move) -> list[int]:
         """Reserves what the manoeuvre needs, all or none; returns the nodes that stand in the way."""
         world = self.world
         places = self.backend.footprint(agent, intent)
@@ -422,17 +426,16 @@ class _Episode:
             return []
         return world.blockers(agent, places)
 
-    def _start(self, agent: int, intent: Intent) -> Done | None:
+    def _start(self, agent: int, intent: Move) -> Done | None:
         self.steps[agent] += 1
         if self.world.begin(agent, intent) and isinstance(intent, Push):
             self._deposit("claim", agent, intent.box, intent.hole)
-        return self.backend.start(agent, intent, self.env.now)
+        return self.backend.start(agent, intent, self.now)
 
-    def _settle(self, agent: int, intent: Intent, outcome: Outcome, began: float) -> None:
+    def _settle(self, agent: int, intent: Move, outcome: Outcome, began: float) -> None:
         """Applies an outcome, deposits, and wakes whoever waited for what it changed."""
-        world, view, now = self.world, self.views[agent], self.env.now
+        world, view, target = self.world, self.views[agent], intent.node
         origin, before = world.agent_node[agent], world.agent_from[agent]
-        target = intent.node if isinstance(intent, Travel | Push) else -1
         box, hole, action = -1, -1, "travel"
         if isinstance(intent, Push):
             box, hole = intent.box, intent.hole
@@ -441,7 +444,7 @@ class _Episode:
         if world.clear_requests:
             self._withdraw_request(agent)
         view.waited, view.refused = 0.0, None
-        self.last_outcome = now
+        self.last_outcome = self.now
         self._record(
             "end", agent, action, origin, target, box, hole, outcome.status, outcome.reason, began, outcome.node
         )
@@ -460,17 +463,15 @@ class _Episode:
     def _deposit(
         self, moment: Moment, agent: int, box: int = -1, hole: int = -1, left: int = -1, before: int = -1
     ) -> None:
-        world, visit, write = self.world, self.visit, self.write
+        world, visit, write, now = self.world, self.visit, self.write, self.now
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)
         visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-        now = self.env.now
-        for name, field in self.fields.items():
+        for name, field, places in self.marks:
             writes = field.deposit(visit)
             if write:
                 for node, key, value in writes:
-                    place = node if field.by_box else self.names[node]
-                    write("deposits", Deposit(self.number, now, name, agent, place, self.hole_names[key], value))
+                    write("deposits", Deposit(self.number, now, name, agent, places[node], self.hole_names[key], value))
 
     def _record(
         self,
@@ -487,7 +488,7 @@ class _Episode:
         now_at: int | None = None,
         step: int | None = None,
     ) -> None:
-        names, now = self.names, self.env.now
+        names, now = self.names, self.now
         if step is None:
             step = self.steps[agent] if agent >= 0 else 0
         event = Event(

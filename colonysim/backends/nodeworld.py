@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 from colonysim.backends.protocol import Done
-from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
+from colonysim.world.intents import BoxPlace, Outcome, Travel, Wait
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
 __all__ = ["NodeWorld"]
 
 NOWHERE: frozenset[Place] = frozenset()
+
+
+@cache
+def _arrival(node: int) -> Outcome:
+    """By far the most frequent outcome; it cannot change, so one of each is enough."""
+    return Outcome("arrived", node)
 
 
 class NodeWorld:
@@ -62,7 +69,7 @@ class NodeWorld:
 
     def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
         """The target alone."""
-        return frozenset((intent.node,)) if isinstance(intent, Travel | Push) else NOWHERE
+        return NOWHERE if isinstance(intent, Wait) else frozenset((intent.node,))
 
     def start(self, agent: int, intent: Intent, now: float) -> Done | None:
         """How long it takes and where everything is then."""
@@ -70,13 +77,13 @@ class NodeWorld:
         if world is None:
             return Done(0.0, Outcome("failed", -1, reason="closed"))
         at = world.agent_node[agent]
-        if not isinstance(intent, Travel | Push) or intent.node not in world.topology.neighbours[at]:
+        if isinstance(intent, Wait) or intent.node not in world.topology.neighbours[at]:
             return Done(0.0, Outcome("blocked", at, reason="no such move"))
         node = intent.node
         if isinstance(intent, Travel):
             if not world.passable(world.level(agent), at, node):
                 return Done(0.0, Outcome("blocked", at, reason="unreachable"))
-            return Done(self._seconds(at, node, False), Outcome("arrived", node))
+            return Done(self._seconds(at, node, False), _arrival(node))
         box, stands = intent.box, world.box_node[intent.box]
         if stands == node:
             if not world.graspable(agent, box, world.level(agent), at):

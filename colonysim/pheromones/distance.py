@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 __all__ = ["Distance", "extent"]
 
 
+UNKNOWN = float("inf")
+
+
 def extent(world: World) -> float:
     """The path distance from the goal to the node farthest from it along edges, whatever their heights, graph units.
 
@@ -114,20 +117,18 @@ class Distance:
             self.d[node] = 0.0
             self.official[node] = True
             return
-        world, d, official = self._world, self.d, self.official
-        topology = world.topology
-        best = best_official = float("inf")
-        for j, length in zip(topology.neighbours[node], topology.lengths[node], strict=True):
-            if world.passable(level, node, j):
-                through = d[j] + length
-                if through < best:
-                    best = through
-                if official[j] and through < best_official:
-                    best_official = through
-        if best_official < float("inf"):
+        d, official = self.d, self.official
+        best = best_official = UNKNOWN
+        for j, length in self._world.ways(level, node):
+            through = d[j] + length
+            if through < best:
+                best = through
+            if through < best_official and official[j]:
+                best_official = through
+        if best_official < UNKNOWN:
             official[node] = True
         value = best if self._lrta else best_official
-        d[node] = value if value < float("inf") else self._straight[node]
+        d[node] = value if value < UNKNOWN else self._straight[node]
 
     def end_episode(self) -> None:
         """Distances outlive the episode: the place is the same."""

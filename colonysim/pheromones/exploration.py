@@ -52,9 +52,9 @@ class Exploration:
         """E grows by 1 at each visit."""
         if visit.moment == "claim" or (visit.moment == "wait" and not self._on_wait):
             return ()
-        node = visit.node
-        self._stored[node] = self._stored.get(node, 0.0) + 1.0 / self._scale
-        return (Write(node, -1, self.at(node)),)
+        node, scale = visit.node, self._scale
+        stored = self._stored[node] = self._stored.get(node, 0.0) + 1.0 / scale
+        return (Write(node, -1, stored * scale - self._shift),)
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""

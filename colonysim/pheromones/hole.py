@@ -80,12 +80,11 @@ class HoleTrail:
         if self._printed:
             return self._update_as_printed(node, level)
         world, aged = self._world, self._aged
-        topology = world.topology
         trails = self._far.get(node)
         found: dict[int, float] = dict.fromkeys(world.holes_near(node), 0.0)
-        for j, length in zip(topology.neighbours[node], topology.lengths[node], strict=True):
+        for j, length in world.ways(level, node):
             theirs = self._far.get(j)
-            if theirs and world.passable(level, node, j):
+            if theirs:
                 for hole, far in theirs.items():
                     through = far + aged + length
                     if through < found.get(hole, FARTHEST):
@@ -102,12 +101,7 @@ class HoleTrail:
     def _update_as_printed(self, node: int, level: float) -> list[Write]:
         """The minimum over the neighbours, the exponent's sign mended; a neighbour without a trail counts 0."""
         world = self._world
-        topology = world.topology
-        ways = [
-            (j, length)
-            for j, length in zip(topology.neighbours[node], topology.lengths[node], strict=True)
-            if world.passable(level, node, j)
-        ]
+        ways = world.ways(level, node)
         writes = []
         for hole in range(len(world.scenario.holes)):
             far = max((self.farness(j, hole) + length for j, length in ways), default=float("inf"))

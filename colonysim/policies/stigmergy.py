@@ -175,7 +175,9 @@ class Stigmergy:
     # -- without a box ---------------------------------------------------------------------------------------------
 
     def _choose(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
-        options = [j for j in view.neighbours if view.passable(j) and self._allowed(view, j)]
+        options = view.exits()
+        if self.settings.collision == "two_node":
+            options = [j for j in options if not view.crowded(j)]
         if view.asked_to_clear and options:
             return self._follow_distance(view, memory, random, options, -1, -1, None)
         if random.random() < memory.epsilon:
@@ -199,7 +201,7 @@ class Stigmergy:
         if not nodes:
             return Choice(Wait(self._causes(view, view.neighbours)), memory, explored=True)
         marks = view.fields["E"]
-        chances = softmax([-marks.at(node) for node in nodes], s.beta)
+        chances = softmax([-value for value in marks.values(nodes)], s.beta)
         chosen = nodes[sample(chances, random)]
         boxes = tuple(held.get(node, -1) for node in nodes)
         if chosen in targets:
@@ -247,7 +249,7 @@ class Stigmergy:
             target: B of that box, the hole it is meant for, and the first node of the box's way there.
         """
         marks = view.fields["D"]
-        values = [marks.at(node) for node in options]
+        values = marks.values(options)
         nodes, boxes = tuple(options), (-1,) * len(options)
         if target is not None:
             values.append(target[0])

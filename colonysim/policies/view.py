@@ -40,6 +40,18 @@ class FieldWindow:
         self._check(node)
         return self._field.at(node, key)
 
+    def values(self, nodes: Sequence[int]) -> list[float]:
+        """The values at several nodes, of a field without keys.
+
+        Raises:
+            OutOfSightError: The agent cannot read one of them from where it stands.
+        """
+        near, at = self._view.neighbours, self._field.at
+        for node in nodes:
+            if node not in near:
+                self._check(node)
+        return [at(node) for node in nodes]
+
     def keys(self, node: int) -> Sequence[int]:
         """The keys (holes) that have a value at a node, ascending.
 
@@ -141,6 +153,10 @@ class LocalView:
         world = self._world
         return neighbour in self.neighbours and world.passable(world.level(self.agent), self.node, neighbour)
 
+    def exits(self) -> list[int]:
+        """The neighbours that the agent could travel to and that nobody else occupies or has reserved."""
+        return self._world.exits(self.agent)
+
     def reachable(self, i: int, j: int) -> bool:
         """Whether the surface of one visible node leads to that of another."""
         self._look_at(i)
@@ -170,7 +186,8 @@ class LocalView:
     @property
     def asked_to_clear(self) -> bool:
         """Whether a carrier asks for the node the agent stands on."""
-        return self._world.clear_requests.get(self.node, self.agent) != self.agent
+        requests = self._world.clear_requests
+        return bool(requests) and requests.get(self.node, self.agent) != self.agent
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-__all__ = ["BoxPlace", "Intent", "Outcome", "Push", "Travel", "Wait"]
+__all__ = ["BoxPlace", "Intent", "Move", "Outcome", "Push", "Travel", "Wait"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,9 @@ class Wait:
     seconds: float | None = None
     clear: int = -1
 
+
+Move: TypeAlias = Travel | Push
+"""An intent that leads somewhere: what backends are asked to do."""
 
 Intent: TypeAlias = Travel | Push | Wait
 

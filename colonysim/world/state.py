@@ -56,9 +56,27 @@ class World:
     """
 
     __slots__ = (
-        "_boxes_near", "_hole_cells", "_holes_near", "_held", "_holder", "_holder_of_edge", "agent_box", "agent_from",
-        "agent_node", "agent_status", "box_base", "box_claim", "box_node", "box_stray", "clear_requests", "hole_at",
-        "occupant", "scenario", "stacks", "surface", "topology",
+        "_boxes_near",
+        "_held",
+        "_holder",
+        "_holder_of_edge",
+        "_hole_cells",
+        "_holes_near",
+        "agent_box",
+        "agent_from",
+        "agent_node",
+        "agent_status",
+        "box_base",
+        "box_claim",
+        "box_node",
+        "box_stray",
+        "clear_requests",
+        "hole_at",
+        "occupant",
+        "scenario",
+        "stacks",
+        "surface",
+        "topology",
     )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:
@@ -118,6 +136,24 @@ class World:
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
         return self.passable(self.surface[i], i, j)
+
+    def ways(self, level: float, node: int) -> list[tuple[int, float]]:
+        """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
+        surface, reach = self.surface, self.scenario.reach
+        return [
+            (j, length)
+            for j, length, rise in self.topology.ways[node]
+            if -reach < surface[j] - level - rise < reach
+        ]
+
+    def exits(self, agent: int) -> list[int]:
+        """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
+        occupant, holder, mine = self.occupant, self._holder, (-1, agent)
+        return [
+            j
+            for j, _ in self.ways(self.level(agent), self.agent_node[agent])
+            if occupant[j] in mine and holder[j] in mine
+        ]
 
     def top_box(self, node: int) -> int:
         """The topmost box on `node`, or -1."""
@@ -193,7 +229,8 @@ class World:
         places = tuple(places)
         if self.blockers(agent, places):
             return False
-        self._free_held(agent)
+        if self._held[agent]:
+            self._free_held(agent)
         for place in places:
             if isinstance(place, int):
                 self._holder[place] = agent
@@ -262,7 +299,7 @@ class World:
             self.agent_status[agent] = AgentStatus.LOST
             if self.agent_box[agent] >= 0:
                 self.box_claim[self.agent_box[agent]] = -1
-        else:
+        elif outcome.keeps:
             self._keep(agent, outcome.keeps)
         return changed
 

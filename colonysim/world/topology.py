@@ -80,6 +80,15 @@ class Topology:
         return {number: i for i, number in enumerate(self.ids)}
 
     @cached_property
+    def ways(self) -> tuple[tuple[tuple[int, float, float], ...], ...]:
+        """For each node its neighbours, each with the edge's length and, on a slope, how much it rises."""
+        rises = self.rises
+        return tuple(
+            tuple((j, length, rises.get((i, j), 0.0)) for j, length in zip(others, self.lengths[i], strict=True))
+            for i, others in enumerate(self.neighbours)
+        )
+
+    @cached_property
     def edge_count(self) -> int:
         """The number of undirected edges."""
         return sum(len(others) for others in self.neighbours) // 2
