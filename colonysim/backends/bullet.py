@@ -10,11 +10,13 @@ from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import Traffic
 from colonysim.errors import ColonysimError, MissingExtraError
-from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene
+from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene, WheelSpeeds
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
 from colonysim.push.executors import EXECUTORS, make_executor
+from colonysim.push.feasibility import load_feasibility
 from colonysim.push.paths import Surroundings, everything_else
 from colonysim.push.staging import plan_push, staging_points
+from colonysim.push.state import observe
 from colonysim.push.task import PushTask
 from colonysim.suggest import nearest
 from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
@@ -37,6 +39,7 @@ APPROACH = 1.55
 TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
+SETTLE_TICKS = 48
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
@@ -80,6 +83,8 @@ class Bullet:
         self.edge_seconds = 1.0
         self._gui = gui
         self._execute: Executor = make_executor(self.push, model=model)
+        # The paper's classifier speaks of states from which its own network pushes; the others plan instead.
+        self._foresee = load_feasibility() if self.push == "rl" else None
         self._scene: Scene | None = None
 
     # -- the protocol ----------------------------------------------------------------------------------------------
@@ -156,10 +161,13 @@ class Bullet:
             if world.box_node[intent.box] != at or world.top_box(at) != intent.box:
                 return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
             self._pushes += 1
+            task = self._task(intent.box, intent.node)
             manoeuvre = self._execute(
-                scene, agent, self._task(intent.box, intent.node), everything_else(scene, agent), log,
+                scene, agent, task, everything_else(scene, agent), log,
                 self._streams.derive(f"push/{self._pushes}") % 2**31,
             )  # fmt: skip
+            if self.push == "rl" and task.kind == "hole":
+                manoeuvre = _let_settle(manoeuvre)
         self._actions[agent] = _Action(intent, manoeuvre, at)
         return None
 
@@ -254,7 +262,10 @@ class Bullet:
         return Surroundings((), seen.boxes, seen.open_pits)
 
     def _chance(self, agent: int, task: PushTask) -> float:
-        return 1.0 if plan_push(self._open(), task.box, task, self._fixed_around()).margin >= 0.0 else 0.0
+        scene = self._open()
+        if self._foresee is not None:
+            return self._foresee(observe(scene.robot(agent), scene.box(task.box), task))
+        return 1.0 if plan_push(scene, task.box, task, self._fixed_around()).margin >= 0.0 else 0.0
 
     # -- outcomes --------------------------------------------------------------------------------------------------
 
@@ -340,3 +351,11 @@ class Bullet:
             self._rows.append(TraceRow("controls", (self._now, agent, chooser, control, ticks)))
 
         return log
+
+
+def _let_settle(manoeuvre: Manoeuvre) -> Manoeuvre:
+    """The same manoeuvre, then a stop: by the paper's table a push is over while the box still tips into its pit."""
+    result = yield from manoeuvre
+    for _ in range(SETTLE_TICKS):
+        yield WheelSpeeds(0.0, 0.0)
+    return result
