@@ -86,6 +86,10 @@ class DoubleDQN:
         self._move_target()
         return float(loss.detach())
 
+    def averaged(self) -> QNetwork:
+        """The target network as it is now."""
+        return QNetwork(self.inputs, tuple((w.copy(), b.copy()) for w, b in _layers(self._target)))
+
     def dump(self) -> dict[str, npt.NDArray[Any]]:
         """What a checkpoint needs: both networks and Adam's moments."""
         made: dict[str, npt.NDArray[Any]] = {"updates": np.array(self.updates)}

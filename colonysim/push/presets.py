@@ -85,7 +85,8 @@ class TrainingConfig:
         kinds: Weights of the terrains.
         starts: Where episodes begin.
         score_blocks: Tests that a network's score is averaged over.
-        candidates: Networks with the best scores that a play-off on tuning seeds decides between.
+        candidates: Networks with the best scores that a play-off on tuning seeds decides between; with a soft target
+            network its weights at the end take part too.
         playoff: Episodes per terrain and start of the play-off.
     """
 

@@ -287,6 +287,11 @@ class _Run:
         """Let the best candidates play off, write the winner."""
         if not self.candidates:
             self._consider()
+        if self.config.learner.target_every is None:
+            # A soft target network is an average over the last updates, and often the steadiest of all.
+            last = self.history[-1]
+            averaged = self.learner.averaged().arrays()
+            self.candidates.append(_Candidate(last.success, last.reward, self.episodes, averaged))
         scores = [self._playoff(c) for c in self.candidates] if len(self.candidates) > 1 else [{}]
         means = [float(np.mean(list(s.values()))) if s else 0.0 for s in scores]
         best = int(np.argmax(means))
