@@ -13,7 +13,7 @@ from colonysim.errors import ColonysimError
 from colonysim.pheromones.field import Visit, Write
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
-from colonysim.trace.schema import Decision, Deposit, EpisodeResult, Event, Frame
+from colonysim.trace.schema import EpisodeResult, Event, Frame
 from colonysim.world.intents import Push, Wait
 from colonysim.world.state import AgentStatus, World
 
@@ -205,7 +205,7 @@ class _Episode:
         began = time.perf_counter()
         for view in self.views:
             view.edge_seconds = self.backend.edge_seconds
-            view.waited, view.refused = 0.0, None
+            view.waited, view.refused, view.failures = 0.0, None, 0
         for agent, node in enumerate(world.agent_node):
             self._record("start", agent, node=node)
             self._deposit("start", agent)
@@ -409,13 +409,11 @@ class _Episode:
         if self.decisions and self.write and choice.targets:
             names, intent = self.names, choice.intent
             chosen = -1 if isinstance(intent, Wait) else intent.node
-            self.write(
-                "decisions",
-                Decision(
-                    self.number, self.now, agent, names[view.node], choice.explored, names[chosen],
-                    tuple([names[node] for node in choice.targets]), choice.boxes, choice.probabilities,
-                ),
+            row = (
+                self.number, self.now, agent, names[view.node], choice.explored, names[chosen],
+                tuple([names[node] for node in choice.targets]), choice.boxes, choice.probabilities,
             )  # fmt: skip
+            self.write("decisions", row)  # a plain tuple in the order of Decision: there are too many to name fields
         return choice
 
     def _reserve(self, agent: int, intent: Move) -> list[int]:
@@ -444,6 +442,7 @@ class _Episode:
         if world.clear_requests:
             self._withdraw_request(agent)
         view.waited, view.refused = 0.0, None
+        view.failures = 0 if outcome.status == "arrived" else view.failures + 1
         self.last_outcome = self.now
         self._record(
             "end", agent, action, origin, target, box, hole, outcome.status, outcome.reason, began, outcome.node
@@ -470,8 +469,9 @@ class _Episode:
         for name, field, places in self.marks:
             writes = field.deposit(visit)
             if write:
+                # Plain tuples in the order of Deposit: there are too many to name their fields.
                 for node, key, value in writes:
-                    write("deposits", Deposit(self.number, now, name, agent, places[node], self.hole_names[key], value))
+                    write("deposits", (self.number, now, name, agent, places[node], self.hole_names[key], value))
 
     def _record(
         self,

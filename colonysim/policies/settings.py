@@ -47,6 +47,7 @@ class StigmergySettings:
         candidates_centre: Whether holes count as near from the "box" or from the "agent".
         collision: "reservation", or "two_node" for Algorithm 8.
         patience: Waits, in travelled edges' time, after which a carrier drops its box; None for never.
+        tries: Pushes that fail in a row before a carrier gives up its box for now; None for never.
         ask_to_clear: Whether a waiting carrier asks for its next node to be cleared.
         feasibility: Least chance at which a push is tried.
         extra_fields: Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.
@@ -74,6 +75,7 @@ class StigmergySettings:
     candidates_centre: Literal["box", "agent"] = "box"
     collision: Literal["reservation", "two_node"] = "reservation"
     patience: Positive | None = 5.0
+    tries: Annotated[int, Field(ge=1)] | None = 2
     ask_to_clear: bool = True
     feasibility: Share = 0.5
     extra_fields: tuple[str, ...] = ()
@@ -94,6 +96,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "overfill": True,
         "collision": "two_node",
         "patience": None,
+        "tries": None,
         "ask_to_clear": False,
     },
     "oracle": {"updates": "everywhere"},

@@ -106,7 +106,7 @@ class Stigmergy:
     def _carry(self, view: LocalView, memory: Memory) -> Choice | None:
         """The next push of the box the agent is committed to, a wait, or None to give it up."""
         box, hole, s = memory.box, memory.hole, self.settings
-        if view.held_box != box:
+        if view.held_box != box or (s.tries is not None and view.failures >= s.tries):
             return None
         node = self._next_push(view, box, hole)
         if node < 0 or view.feasible(box, (node,))[0] < s.feasibility:

@@ -83,11 +83,12 @@ class LocalView:
         edge_seconds: Typical simulated seconds of a travelled edge: the unit in which patience is counted.
         waited: For how many such units the agent has been waiting in a row.
         refused: What it wanted last and could not begin because the place was taken, or None.
+        failures: How many of its actions in a row did not arrive.
     """
 
     __slots__ = (
-        "_backend", "_limit", "_world", "agent", "edge_seconds", "fields", "neighbours", "node", "radius", "refused",
-        "waited",
+        "_backend", "_limit", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours", "node", "radius",
+        "refused", "waited",
     )  # fmt: skip
 
     def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
@@ -100,6 +101,7 @@ class LocalView:
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
+        self.failures = 0
         self.node = world.agent_node[agent]
         self.neighbours = world.topology.neighbours[self.node]
 
