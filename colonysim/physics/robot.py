@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from colonysim.physics.engine import Engine
-from colonysim.physics.shapes import Pose, Quat, RobotSpec, Vec3, euler, quaternion
+from colonysim.physics.shapes import Pose, Quat, RobotSpec, Vec3, quaternion
 
 WHEEL_RADIUS = 0.12
 TRACK = 0.50
@@ -71,13 +71,18 @@ def wheel_speeds(forward: float, turn: float) -> WheelSpeeds:
 
 def origin_pose(position: Vec3, rotation: Quat) -> Pose:
     """The robot's pose, its origin on the ground, from the pose of its chassis."""
+    # Asked for by every moving robot in every tick: `euler` is written out here.
+    px, py, pz = position
     x, y, z, w = rotation
-    up_x, up_y, up_z = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
+    upright = 1 - 2 * (x * x + y * y)
+    lean, tip = 2 * (w * x + y * z), 2 * (w * y - z * x)
     return Pose(
-        position[0] - _CENTRE * up_x,
-        position[1] - _CENTRE * up_y,
-        position[2] - _CENTRE * up_z,
-        *euler(rotation),
+        px - _CENTRE * (2 * (x * z + w * y)),
+        py - _CENTRE * (2 * (y * z - w * x)),
+        pz - _CENTRE * upright,
+        math.atan2(lean, upright),
+        math.asin(tip if -1.0 <= tip <= 1.0 else max(-1.0, min(1.0, tip))),
+        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
     )
 
 
@@ -114,7 +119,9 @@ class Traction:
         resting: Whether the last step needed no force at all.
     """
 
-    __slots__ = ("_countdown", "_engine", "_lift", "_slow", "body", "grounded", "left", "resting", "right", "upright")
+    __slots__ = (
+        "_countdown", "_engine", "_frame", "_lift", "_slow", "body", "grounded", "left", "resting", "right", "upright",
+    )  # fmt: skip
 
     def __init__(self, engine: Engine, body: int) -> None:
         self._engine = engine
@@ -126,6 +133,13 @@ class Traction:
         self._lift = 0.0
         self._slow = True
         self._countdown = 0
+        self._frame: tuple[Vec3, Quat] | None = None
+
+    def frame(self) -> tuple[Vec3, Quat]:
+        """Position and rotation of the chassis; read from the engine once between two steps."""
+        if self._frame is None:
+            self._frame = self._engine.pose(self.body)
+        return self._frame
 
     def ask(self, left: float, right: float) -> None:
         """Set the wheel speeds, rad/s, each cut off at the motors' limit."""
@@ -144,6 +158,7 @@ class Traction:
         # There is no contact until the next step: without this the first tick would have no brakes.
         self.grounded, self.resting, self.upright = True, False, 1.0
         self._lift, self._slow, self._countdown = 0.0, True, _LOOK_TICKS
+        self._frame = None
 
     def look(self) -> None:
         """Find out whether the wheels stand on something; called before every tick.
@@ -161,10 +176,11 @@ class Traction:
     def apply(self) -> None:
         """Push the body towards the speeds its wheels ask for, as far as the ground's grip allows."""
         engine, body = self._engine, self.body
+        frame, self._frame = self._frame, None
         velocity = engine.velocity(body)
         if self.resting and velocity == _STILL:
             return
-        _, (x, y, z, w) = engine.pose(body)
+        _, (x, y, z, w) = frame or engine.pose(body)
         self.upright = r22 = 1 - 2 * (x * x + y * y)
         if not (self.grounded and r22 >= _UPRIGHT):
             self.resting, self._slow = False, True

@@ -34,6 +34,12 @@ class Scene:
         gui: Show a window (PyBullet only).
         engine: Another engine than PyBullet; it must be empty and step 1/120 s.
 
+    Attributes:
+        terrain: The fixed ground.
+        boxes: The boxes as they were created.
+        ticks: Control ticks since the scene was made.
+        time: Simulated seconds since the scene was made.
+
     Raises:
         MissingEngineError: PyBullet is not installed.
     """
@@ -52,6 +58,7 @@ class Scene:
         self.terrain = terrain
         self.boxes = tuple(boxes)
         self.ticks = 0
+        self.time = 0.0
         self._engine: Engine = engine or BulletEngine(
             dt=TICK_SECONDS / _STEPS_PER_TICK, iterations=_ITERATIONS, gui=gui
         )
@@ -69,13 +76,9 @@ class Scene:
         ]
         self._tractions: list[Traction | None] = [Traction(self._engine, build_robot(self._engine, r)) for r in robots]
         self._tilted = [0] * len(self._tractions)
+        self._present = tuple(range(len(self._tractions)))
         self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
         self._forget()
-
-    @property
-    def time(self) -> float:
-        """Simulated seconds since the scene was made."""
-        return self.ticks * TICK_SECONDS
 
     @property
     def robot_count(self) -> int:
@@ -103,16 +106,16 @@ class Scene:
                 traction.apply()
             engine.step()
         self.ticks += 1
+        self.time = self.ticks * TICK_SECONDS
         self._forget()
-        for i, maybe in enumerate(self._tractions):
-            if maybe is not None:
-                self._tilted[i] = 0 if maybe.upright >= 0.8 else self._tilted[i] + 1
+        for i, traction in zip(self._present, tractions, strict=True):
+            self._tilted[i] = 0 if traction.upright >= 0.8 else self._tilted[i] + 1
 
     def robot(self, i: int) -> Pose:
         """Pose of a robot; its origin lies on the ground between the wheels."""
         pose = self._robot_poses.get(i)
         if pose is None:
-            pose = self._robot_poses[i] = origin_pose(*self._engine.pose(self._traction(i).body))
+            pose = self._robot_poses[i] = origin_pose(*self._traction(i).frame())
         return pose
 
     def box(self, i: int) -> Pose:
@@ -144,6 +147,7 @@ class Scene:
         """Take a robot's body out of the world; asking for its pose afterwards is an error."""
         self._engine.remove(self._traction(i).body)
         self._tractions[i] = None
+        self._present = tuple(j for j in self._present if j != i)
         self._forget()
 
     def robot_fault(self, i: int) -> str | None:
@@ -220,6 +224,28 @@ class Scene:
                 return True
         return False
 
+    def open_pits(self) -> tuple[int, ...]:
+        """Indices of the pits that a robot cannot cross."""
+        if self._open_pits is None:
+            self._open_pits = tuple(i for i, pit in enumerate(self.terrain.pits) if not self.pit_filled(pit))
+        return self._open_pits
+
+    def standing_boxes(self) -> tuple[int, ...]:
+        """Indices of the boxes that stand on the ground: not those whose centre is below the rim of a pit around it."""
+        if self._standing is None:
+            pits = self.terrain.pits
+            places = [self.box(i) for i in range(len(self.boxes))]
+            self._standing = tuple(
+                i
+                for i, box in enumerate(places)
+                if not any(box.z < pit.rim and pit.contains(box.x, box.y) for pit in pits)
+            )
+        return self._standing
+
+    def present_robots(self) -> tuple[int, ...]:
+        """Indices of the robots that are still in the world."""
+        return self._present
+
     def close(self) -> None:
         """Free the engine; calling it twice is allowed."""
         self._engine.close()
@@ -237,6 +263,8 @@ class Scene:
         self._robot_poses: dict[int, Pose] = {}
         self._box_poses: dict[int, Pose] = {}
         self._seated: dict[tuple[int, Pit, float], bool] = {}
+        self._open_pits: tuple[int, ...] | None = None
+        self._standing: tuple[int, ...] | None = None
 
     def _traction(self, i: int) -> Traction:
         traction = self._tractions[i]

@@ -31,6 +31,9 @@ class Pit:
 
     def contains(self, x: float, y: float, margin: float = 0.0) -> bool:
         """Whether a point lies within the pit's walls, or within `margin` outside of them."""
+        reach = self.side + 2 * margin
+        if abs(x - self.x) > reach or abs(y - self.y) > reach:
+            return False
         u, v = self.local(x, y)
         return max(abs(u), abs(v)) <= self.side / 2 + margin
 

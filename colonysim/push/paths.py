@@ -62,14 +62,8 @@ def everything_else(scene: Scene, robot: int) -> Obstacles:
     """The obstacles of a robot alone with its knowledge of the scene: all other bodies, all unfilled pits."""
 
     def look() -> Surroundings:
-        pits = scene.terrain.pits
-        places = [scene.box(i) for i in range(len(scene.boxes))]
-        standing = [not any(pit.contains(box.x, box.y) and box.z < pit.rim for pit in pits) for box in places]
-        return Surroundings(
-            robots=tuple(i for i in range(scene.robot_count) if i != robot and scene.has_robot(i)),
-            boxes=tuple(i for i, stands in enumerate(standing) if stands),
-            open_pits=tuple(i for i, pit in enumerate(pits) if not scene.pit_filled(pit)),
-        )
+        robots = tuple(i for i in scene.present_robots() if i != robot)
+        return Surroundings(robots, scene.standing_boxes(), scene.open_pits())
 
     return look
 
@@ -219,12 +213,20 @@ def _edge_slack(terrain: Terrain, x: Array, y: Array) -> Array:
         if ground.any():
             slack[ground] = _edge_slack(terrain, x[ground], y[ground])
         return slack
-    for reach, grade in ((BORDER_CLEARANCE + _COMFORT, 0.0), (BORDER_CLEARANCE, -_COMFORT)):
-        for k in range(8):
-            a = k * math.pi / 4
-            there = surface(terrain, x + reach * math.cos(a), y + reach * math.sin(a))
-            sound = np.abs(there - here) <= _STEEPEST * reach + 0.02
-            slack = np.where(sound, slack, np.minimum(slack, grade))
+    looks = [
+        (reach, grade, k * math.pi / 4)
+        for reach, grade in ((BORDER_CLEARANCE + _COMFORT, 0.0), (BORDER_CLEARANCE, -_COMFORT))
+        for k in range(8)
+    ]
+    # All looks in one go: most calls are about few places.
+    there = surface(
+        terrain,
+        np.stack([x + reach * math.cos(a) for reach, _, a in looks]),
+        np.stack([y + reach * math.sin(a) for reach, _, a in looks]),
+    )
+    for (reach, grade, _), height in zip(looks, there, strict=True):
+        sound = np.abs(height - here) <= _STEEPEST * reach + 0.02
+        slack = np.where(sound, slack, np.minimum(slack, grade))
     return slack
 
 
