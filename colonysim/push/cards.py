@@ -63,23 +63,23 @@ def load_model(source: str | Path, kind: str) -> Model:
     """Load a model and check it against its card.
 
     Args:
-        source: Name of a shipped model, or path of a card (`.json`) beside its `.npz`.
+        source: Name of a shipped model, or path of a card (`.json`) or of the arrays (`.npz`) beside it.
         kind: What it has to be: `"q-network"` or `"forest"`.
 
     Raises:
         ModelError: It is missing, damaged, of another kind, or holds a value that is no finite number.
     """
     card_file: Traversable
-    if isinstance(source, str) and not source.endswith(".json"):
-        card_file = files("colonysim.push").joinpath("models", f"{source}.json")
+    data_file: Traversable
+    if isinstance(source, str) and not source.endswith((".json", ".npz")):
+        folder = files("colonysim.push").joinpath("models")
+        card_file, data_file = folder.joinpath(f"{source}.json"), folder.joinpath(f"{source}.npz")
         if not card_file.is_file():
             raise ModelError(f"no shipped model {source!r}; there are {', '.join(shipped_models()) or 'none'}")
-        data_file: Traversable = files("colonysim.push").joinpath("models", f"{source}.npz")
     else:
-        card_file = Path(source)
+        card_file, data_file = Path(source).with_suffix(".json"), Path(source).with_suffix(".npz")
         if not card_file.is_file():
-            raise ModelError(f"{source}: no such model card")
-        data_file = Path(source).with_suffix(".npz")
+            raise ModelError(f"{card_file}: no such model card")
     name = card_file.name.removesuffix(".json")
     card = _read_card(card_file)
     if card.get("format") != FORMAT or card.get("kind") != kind:

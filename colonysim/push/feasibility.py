@@ -103,7 +103,7 @@ def flatten_forest(forest: Any) -> Feasibility:
     parts: dict[str, list[Array]] = {key: [] for key in ("feature", "threshold", "left", "right", "value")}
     roots: list[int] = []
     offset, depth = 0, 0
-    win = list(forest.classes_).index(1)
+    classes = list(forest.classes_)
     for grown in forest.estimators_:
         tree = grown.tree_
         own = np.arange(tree.node_count)
@@ -115,7 +115,8 @@ def flatten_forest(forest: Any) -> Feasibility:
         parts["left"].append((np.where(leaf, own, tree.children_left) + offset).astype(np.int32))
         parts["right"].append((np.where(leaf, own, tree.children_right) + offset).astype(np.int32))
         weights = tree.value[:, 0, :]
-        parts["value"].append((weights[:, win] / weights.sum(axis=1)).astype(np.float32))
+        wins = weights[:, classes.index(1)] if 1 in classes else np.zeros(tree.node_count)
+        parts["value"].append((wins / weights.sum(axis=1)).astype(np.float32))
         offset += tree.node_count
     joined = {key: np.concatenate(arrays) for key, arrays in parts.items()}
     return Feasibility(np.array(roots, dtype=np.int32), **joined, depth=depth)
@@ -225,6 +226,7 @@ def train_feasibility(
 
     Raises:
         MissingExtraError: scikit-learn is not installed.
+        ValueError: All states come from one episode.
     """
     try:
         from sklearn.ensemble import RandomForestClassifier
@@ -241,23 +243,35 @@ def train_feasibility(
         forest = RandomForestClassifier(trees, max_depth=depth, min_samples_leaf=3, random_state=seed)
         return forest.fit(data.states[rows], data.labels[rows], sample_weight=weights[rows])
 
+    def auc(rows: Array, weighted: bool = False) -> float | None:
+        # Undefined when every trajectory ended alike.
+        labels = data.labels[rows]
+        if labels.min() == labels.max():
+            return None
+        return float(roc_auc_score(labels, chances[rows], sample_weight=weights[rows] if weighted else None))
+
+    count = int(data.episodes[-1]) + 1
+    if count < 2:
+        raise ValueError(f"{states} states came from one episode, expected enough for two at least")
+    folds = min(_FOLDS, count)
     chances = np.zeros(len(data.labels))
-    for train, test in GroupKFold(_FOLDS).split(data.states, data.labels, data.episodes):
+    for train, test in GroupKFold(folds).split(data.states, data.labels, data.episodes):
         chances[test] = flatten_forest(grow(train)).many(data.states[test])
     right = (chances >= 0.5) == (data.labels == 1)
     first = np.r_[True, np.diff(data.episodes) > 0]
-    flat = flatten_forest(grow(np.arange(len(data.labels))))
+    everything = np.arange(len(data.labels))
+    flat = flatten_forest(grow(everything))
     results = {
         "states": len(data.labels),
-        "episodes": int(data.episodes[-1]) + 1,
+        "episodes": count,
         "episodes_won": float(data.labels[first].mean()),
         "accuracy": float(right.mean()),
         "accuracy_by_episode": float(np.average(right, weights=weights)),
         "accuracy_at_start": float(right[first].mean()),
-        "auc": float(roc_auc_score(data.labels, chances)),
-        "auc_by_episode": float(roc_auc_score(data.labels, chances, sample_weight=weights)),
-        "auc_at_start": float(roc_auc_score(data.labels[first], chances[first])),
-        "split": f"{_FOLDS} folds by episode",
+        "auc": auc(everything),
+        "auc_by_episode": auc(everything, weighted=True),
+        "auc_at_start": auc(np.flatnonzero(first)),
+        "split": f"{folds} folds by episode",
     }
     card = {
         "about": "Random forest: the chance that the executor `rl` succeeds from a state (paper Eq. 4)",
