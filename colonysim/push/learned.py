@@ -21,7 +21,9 @@ Gate = Callable[[State], float]
 """The chance that `rl` succeeds from a state."""
 
 CHECK_EVERY = 3
-_ON_AXIS = 0.10
+_ON_AXIS, _ON_PIT_AXIS = 0.10, 0.05
+"""A leg runs along the box's (or the pit's) own axis if that passes this close by the box, metres. Before a
+pit the bound is below the guard's: a push given up at the edge begins anew on a line of its own."""
 _SETTLE_SECONDS = 0.8
 _LEASH = 2.2
 _SLOW = 1.5
@@ -252,7 +254,7 @@ def _leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
         axis = face_for(scene.box(task.box), leg.heading).heading
     offset = leg.length * math.sin(wrap(leg.heading - axis))
     start = leg.start
-    if abs(offset) <= _ON_AXIS:
+    if abs(offset) <= (_ON_AXIS if pit is None else _ON_PIT_AXIS):
         along = max(leg.length, 1.0)
         start = (leg.goal[0] - along * math.cos(axis), leg.goal[1] - along * math.sin(axis))
     return PushTask(task.box, start, leg.goal, kind, task.rim, task.pit if leg.hole else None)
