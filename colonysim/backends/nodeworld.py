@@ -45,10 +45,12 @@ class NodeWorld:
         timing = world.scenario.timing
         self._world = world
         self._timing = timing
-        self._random = streams.generator("timing").random
+        # One stream an agent: with one for all, an agent more would change how long the others take.
+        agents = range(len(world.agent_node)) if timing.jitter else ()
+        self._random = [streams.generator(f"timing/{agent}").random for agent in agents]
         self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
 
-    def _seconds(self, i: int, j: int, pushed: bool) -> float:
+    def _seconds(self, agent: int, i: int, j: int, pushed: bool) -> float:
         timing = self._timing
         measured = (timing.pushes if pushed else timing.travels).get((i, j))
         if measured is None:
@@ -57,7 +59,9 @@ class NodeWorld:
             measured = (
                 timing.push_fixed + timing.push * length if pushed else timing.travel_fixed + timing.travel * length
             )
-        return measured * (1.0 + timing.jitter * (2.0 * self._random() - 1.0)) if timing.jitter else measured
+        if timing.jitter:
+            return measured * (1.0 + timing.jitter * (2.0 * self._random[agent]() - 1.0))
+        return measured
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """1 for each push that the place allows, else 0."""
@@ -83,17 +87,17 @@ class NodeWorld:
         if isinstance(intent, Travel):
             if not world.passable(world.level(agent), at, node):
                 return Done(0.0, Outcome("blocked", at, reason="unreachable"))
-            return Done(self._seconds(at, node, False), _arrival(node))
+            return Done(self._seconds(agent, at, node, False), _arrival(node))
         box, stands = intent.box, world.box_node[intent.box]
         if stands == node:
             if not world.graspable(agent, box, world.level(agent), at):
                 return Done(0.0, Outcome("blocked", at, reason="out of reach"))
-            return Done(self._seconds(at, node, False), Outcome("arrived", node))
+            return Done(self._seconds(agent, at, node, False), Outcome("arrived", node))
         base = world.box_base[box]
         if stands != at or world.top_box(at) != box or not world.can_slide(base, at, node):
             return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
         pusher = at if world.falls(base, at, node) else node
-        return Done(self._seconds(at, node, True), Outcome("arrived", pusher, (BoxPlace(box, node),)))
+        return Done(self._seconds(agent, at, node, True), Outcome("arrived", pusher, (BoxPlace(box, node),)))
 
     def advance(self, now: float) -> Sequence[Finished]:
         """Nothing is ever pending."""
