@@ -9,8 +9,6 @@ Both replays have to end with all bodies where the episode ended, bit for bit.
 """
 
 import argparse
-import contextlib
-import io
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -66,15 +64,13 @@ class RecordingEngine(BulletEngine):
 
 
 class RecordingScene(Scene):
-    """Keeps what is asked of it; a copy of the tape outlives it."""
-
-    tapes: list[Tape] = []
+    """Keeps what is asked of it on a tape."""
 
     def __init__(
-        self, terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], *, gui: bool = False
+        self, tape: list[Tape], terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec]
     ) -> None:
         self.tape = Tape(terrain, boxes, robots)
-        self.tapes.append(self.tape)
+        tape.append(self.tape)
         engine = RecordingEngine(dt=STEP, iterations=ITERATIONS)
         engine.tape = self.tape.engine
         super().__init__(terrain, boxes, robots, engine=engine)
@@ -111,10 +107,16 @@ def run_episode(scenario: Scenario, push: str, seed: int) -> None:
 
 def record(scenario: Scenario, push: str, seed: int) -> Tape:
     """Runs the episode once and keeps its commands."""
-    RecordingScene.tapes.clear()
-    with mock.patch.object(backend, "Scene", RecordingScene):
+    tapes: list[Tape] = []
+
+    def recording(
+        terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], *, gui: bool = False
+    ) -> Scene:
+        return RecordingScene(tapes, terrain, boxes, robots)
+
+    with mock.patch.object(backend, "Scene", recording):
         run_episode(scenario, push, seed)
-    return RecordingScene.tapes.pop()
+    return tapes[0]
 
 
 def replay_scene(tape: Tape) -> Scene:
@@ -140,19 +142,52 @@ def replay_engine(tape: Tape) -> Scene:
     return scene
 
 
-def clock(what: Callable[[], object]) -> tuple[float, float, object]:
-    """Wall and CPU seconds, and what came of it."""
+def clock(what: Callable[[], object]) -> tuple[float, float]:
+    """Wall and CPU seconds."""
     wall, cpu = time.perf_counter(), time.process_time()
-    made = what()
-    return time.perf_counter() - wall, time.process_time() - cpu, made
+    what()
+    return time.perf_counter() - wall, time.process_time() - cpu
 
 
-def check(tape: Tape, scene: Scene, removed: bool) -> None:
-    """A replay that went elsewhere compares nothing."""
-    boxes = [scene.box(i) for i in range(len(scene.boxes))]
-    if boxes != tape.end[len(tape.end) - len(boxes) :] or (removed and poses(scene) != tape.end):
-        raise SystemExit("the replay did not end where the episode ended")
-    scene.close()
+def check(tape: Tape) -> None:
+    """A replay that went elsewhere would compare nothing."""
+    for replay, robots in ((replay_scene, True), (replay_engine, False)):
+        scene = replay(tape)
+        boxes = [scene.box(i) for i in range(len(scene.boxes))]
+        if boxes != tape.end[len(tape.end) - len(boxes) :] or (robots and poses(scene) != tape.end):
+            raise SystemExit(f"{replay.__name__} did not end where the episode ended")
+        scene.close()
+
+
+def measure(name: str, push: str, seed: int, repeats: int) -> None:
+    """Times one map and prints what came out."""
+    map_name, _, variant = name.partition(":")
+    scenario = load_scenario(map_name, variant or None)
+    tape = record(scenario, push, seed)
+    check(tape)
+    times = [
+        (
+            *clock(lambda: run_episode(scenario, push, seed)),
+            *clock(lambda: replay_scene(tape).close()),
+            *clock(lambda: replay_engine(tape).close()),
+        )
+        for _ in range(repeats)
+    ]
+    simulated = tape.ticks / 60
+    wall, cpu, scene_wall, scene_cpu, engine_wall, engine_cpu = map(statistics.median, zip(*times, strict=True))
+
+    def ratio(one: int, other: int) -> float:
+        return statistics.median(t[one] / t[other] for t in times)
+
+    print(
+        f"{name}, {push}, seed {seed}, {simulated:.0f} s simulated, medians of {repeats}:\n"
+        f"  wall s: episode {wall:.1f}, wheel speeds replayed {scene_wall:.1f}, forces replayed {engine_wall:.1f}\n"
+        f"  CPU s:  episode {cpu:.1f}, wheel speeds replayed {scene_cpu:.1f}, forces replayed {engine_cpu:.1f}\n"
+        f"  episode / wheel speeds: wall {ratio(0, 2):.2f}, CPU {ratio(1, 3):.2f}; "
+        f"episode / forces: wall {ratio(0, 4):.2f}, CPU {ratio(1, 5):.2f}\n"
+        f"  {simulated / wall:.0f} simulated seconds a wall second, {simulated / cpu:.0f} a CPU second",
+        flush=True,
+    )
 
 
 def main() -> None:
@@ -163,31 +198,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=100)
     options = parser.parse_args()
     for name in options.maps:
-        map_name, _, variant = name.partition(":")
-        scenario = load_scenario(map_name, variant or None)
-        with contextlib.redirect_stdout(io.StringIO()):
-            tape = record(scenario, options.push, options.seed)
-        times: list[tuple[float, ...]] = []
-        for _ in range(options.repeats):
-            wall, cpu, _ = clock(lambda: run_episode(scenario, options.push, options.seed))
-            scene_wall, scene_cpu, scene = clock(lambda: replay_scene(tape))
-            check(tape, scene, True)  # type: ignore[arg-type]
-            engine_wall, engine_cpu, scene = clock(lambda: replay_engine(tape))
-            check(tape, scene, False)  # type: ignore[arg-type]
-            times.append((wall, scene_wall, engine_wall, cpu, scene_cpu, engine_cpu))
-        simulated = tape.ticks / 60
-        wall, scene_wall, engine_wall, cpu, scene_cpu, engine_cpu = map(statistics.median, zip(*times, strict=True))
-        by_scene = statistics.median(t[0] / t[1] for t in times), statistics.median(t[3] / t[4] for t in times)
-        by_engine = statistics.median(t[0] / t[2] for t in times), statistics.median(t[3] / t[5] for t in times)
-        print(
-            f"{name}, {options.push}, seed {options.seed}, {simulated:.0f} s simulated, medians of {len(times)}:\n"
-            f"  wall s: episode {wall:.1f}, wheel speeds replayed {scene_wall:.1f}, forces replayed {engine_wall:.1f}\n"
-            f"  CPU s:  episode {cpu:.1f}, wheel speeds replayed {scene_cpu:.1f}, forces replayed {engine_cpu:.1f}\n"
-            f"  episode / wheel speeds: wall {by_scene[0]:.2f}, CPU {by_scene[1]:.2f}; "
-            f"episode / forces: wall {by_engine[0]:.2f}, CPU {by_engine[1]:.2f}\n"
-            f"  {simulated / wall:.0f} simulated seconds a wall second, {simulated / cpu:.0f} a CPU second",
-            flush=True,
-        )
+        measure(name, options.push, options.seed, options.repeats)
 
 
 if __name__ == "__main__":

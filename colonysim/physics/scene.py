@@ -78,7 +78,12 @@ class Scene:
         self._tilted = [0] * len(self._tractions)
         self._present = tuple(range(len(self._tractions)))
         self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
-        self._forget()
+        # Poses, and what follows from them, are asked for many times between two changes of the scene.
+        self._robot_poses: dict[int, Pose] = {}
+        self._box_poses: dict[int, Pose] = {}
+        self._seated: dict[tuple[int, Pit, float], bool] = {}
+        self._open_pits: tuple[int, ...] | None = None
+        self._standing: tuple[int, ...] | None = None
 
     @property
     def robot_count(self) -> int:
@@ -259,12 +264,10 @@ class Scene:
         self.close()
 
     def _forget(self) -> None:
-        """Poses, and what follows from them, are asked for many times between two changes of the scene."""
-        self._robot_poses: dict[int, Pose] = {}
-        self._box_poses: dict[int, Pose] = {}
-        self._seated: dict[tuple[int, Pit, float], bool] = {}
-        self._open_pits: tuple[int, ...] | None = None
-        self._standing: tuple[int, ...] | None = None
+        self._robot_poses.clear()
+        self._box_poses.clear()
+        self._seated.clear()
+        self._open_pits = self._standing = None
 
     def _traction(self, i: int) -> Traction:
         traction = self._tractions[i]

@@ -142,13 +142,14 @@ class Pilot:
             blocked: Asked a few times a second with a point ahead; True ends the part with `"blocked"`.
             arrived: Asked every tick; True ends the part early, as done.
         """
+        scene, robot = self.scene, self.robot
         for k, (x, y) in enumerate(path):
             last = k == len(path) - 1
             near = tolerance if last else 0.12
             turning = True
-            best, since = math.inf, self.scene.time
+            best, since = math.inf, scene.time
             while True:
-                pose = self.pose
+                pose = scene.robot(robot)
                 if arrived is not None and arrived():
                     return "done"
                 dx, dy = x - pose.x, y - pose.y
@@ -159,10 +160,10 @@ class Pilot:
                 turning = abs(error) > (_TURN_STOP if turning else _TURN_START)
                 # Turning on the spot does not bring it closer, so only driving counts as stalling.
                 if turning or distance < best - 0.02:
-                    best, since = min(best, distance), self.scene.time
-                if self.scene.time - since > _STALL_SECONDS:
+                    best, since = min(best, distance), scene.time
+                elif scene.time - since > _STALL_SECONDS:
                     return "stuck"
-                if blocked is not None and self.scene.ticks % _GUARD_TICKS == 0:
+                if blocked is not None and scene.ticks % _GUARD_TICKS == 0:
                     ahead = min(1.0, _LOOK_AHEAD / distance)
                     if blocked((pose.x + ahead * dx, pose.y + ahead * dy)):
                         return "blocked"
@@ -213,11 +214,11 @@ class Pilot:
         """Whether another robot is at a point ahead and would be approached by going there."""
 
         def blocked(ahead: Point) -> bool:
-            here = self.pose
-            for i in obstacles().robots:
-                other = self.scene.robot(i)
+            here, scene = self.pose, self.scene
+            for i in scene.present_robots():
+                other = scene.robot(i)
                 there = math.dist(ahead, other[:2])
-                if there < ROBOT_CLEARANCE - 0.06 and there < math.dist(here[:2], other[:2]):
+                if there < ROBOT_CLEARANCE - 0.06 and there < math.dist(here[:2], other[:2]) and i in obstacles().robots:
                     return True
             return False
 

@@ -199,9 +199,7 @@ def _amid(terrain: Terrain, x: Array, y: Array) -> NDArray[np.bool_]:
     return amid
 
 
-def _within(
-    x: Array, y: Array, xmin: float, ymin: float, xmax: float, ymax: float, margin: float
-) -> NDArray[np.bool_]:
+def _within(x: Array, y: Array, xmin: float, ymin: float, xmax: float, ymax: float, margin: float) -> NDArray[np.bool_]:
     return (x >= xmin - margin) & (x <= xmax + margin) & (y >= ymin - margin) & (y <= ymax + margin)
 
 
