@@ -148,17 +148,20 @@ def run(options: argparse.Namespace) -> None:
             append(options.results, row)
             late = row["episodes"][10:] or row["episodes"]
             print(
-                f"{row['map']} {row['push']} seed {row['seed']}: success {statistics.fmean(e['success'] for e in late):.3f}, "
-                f"steps {statistics.fmean(e['steps'] for e in late):.1f} in the later half, {row['wall_seconds']:.0f} s; "
-                f"{row['failures']}",
+                f"{row['map']} {row['push']} seed {row['seed']}: "
+                f"success {statistics.fmean(e['success'] for e in late):.3f}, "
+                f"steps {statistics.fmean(e['steps'] for e in late):.1f} in the later half, "
+                f"{row['wall_seconds']:.0f} s; {row['failures']}",
                 file=sys.stderr, flush=True,
             )  # fmt: skip
 
 
 def table(options: argparse.Namespace) -> None:
     rows = read(options.results)
-    print("| map | push | seeds | steps, episodes 1-10 | success 1-10 | steps 11- | success 11- [95 %] "
-          "| node world, Bullet's durations: steps / success 11- | paper: steps / success | wall s an episode |")  # fmt: skip
+    print(
+        "| map | push | seeds | steps, episodes 1-10 | success 1-10 | steps 11- | success 11- [95 %] "
+        "| node world, Bullet's durations: steps / success 11- | paper: steps / success | wall s an episode |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|")
     for name, push in sorted({(r["map"], r["push"]) for r in rows}):
         runs = [r for r in rows if (r["map"], r["push"]) == (name, push)]
@@ -171,7 +174,8 @@ def table(options: argparse.Namespace) -> None:
         node = [e for e in with_measured_durations(name, runs, seeds, len(runs[0]["episodes"])) if e.episode > 10]
         paper = PAPER.get(name)
         print(
-            f"| {name} | {push} | {', '.join(map(str, seeds))} | {mean(early, 'steps'):.1f} | {mean(early, 'success'):.3f} "
+            f"| {name} | {push} | {', '.join(map(str, seeds))} "
+            f"| {mean(early, 'steps'):.1f} | {mean(early, 'success'):.3f} "
             f"| {mean(late, 'steps'):.1f} | {mean(late, 'success'):.3f} [{low:.3f}, {high:.3f}] "
             f"| {statistics.fmean(e.steps for e in node):.1f} / {statistics.fmean(e.success for e in node):.3f} "
             f"| {f'{paper[0]} / {paper[1]}' if paper else '-'} | {mean(early + late, 'wall_seconds'):.1f} |"

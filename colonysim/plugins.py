@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
+from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from colonysim.errors import PluginError
+from colonysim.errors import ColonysimError, PluginError
+from colonysim.suggest import nearest
 
-__all__ = ["BUILT_IN", "available", "field_class", "load"]
+if TYPE_CHECKING:
+    from colonysim.backends.protocol import Backend
+    from colonysim.policies.policy import Policy
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["BUILT_IN", "available", "field_class", "load", "make_backend", "make_policy"]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {
@@ -47,9 +53,7 @@ def load(group: str, name: str) -> Any:
     place = name if ":" in name else available(group).get(name)
     if place is None:
         names = sorted(available(group))
-        near = difflib.get_close_matches(name, names, 1)
-        hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(names) or 'none'}"
-        raise PluginError(f"no {'policy' if group == 'policies' else group[:-1]} {name!r}; {hint}")
+        raise PluginError(f"no {'policy' if group == 'policies' else group[:-1]} {name!r}; {nearest(name, names)}")
     module, _, attribute = place.partition(":")
     try:
         found: Any = importlib.import_module(module)
@@ -63,3 +67,36 @@ def load(group: str, name: str) -> Any:
 def field_class(name: str) -> Any:
     """The pheromone field called `name`: built with the world."""
     return load("fields", name)
+
+
+def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) -> Backend:
+    """The backend called `name`, built with its options; a backend itself is handed back.
+
+    Raises:
+        PluginError: There is no such backend.
+        ColonysimError: It does not know one of the options.
+        MissingExtraError: It needs a package that is not installed.
+    """
+    if not isinstance(name, str):
+        return name
+    factory = load("backends", name)
+    try:
+        backend: Backend = factory(**dict(options or {}))
+    except TypeError as error:
+        raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
+    return backend
+
+
+def make_policy(policy: str | Policy | Callable[[Scenario], Policy] | None, scenario: Scenario) -> Policy:
+    """The policy called `policy` (or the scenario's own), built for `scenario`; a policy itself is handed back.
+
+    Raises:
+        PluginError: There is no such policy.
+        ScenarioError: The scenario's parameters do not fit it.
+    """
+    if policy is None:
+        policy = scenario.policy
+    if isinstance(policy, str):
+        policy = load("policies", policy)
+    built: Policy = policy(scenario) if callable(policy) else policy  # type: ignore[assignment]
+    return built

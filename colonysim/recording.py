@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
-from colonysim.simulation import MODES, make_backend, make_policy, simulate
+from colonysim.plugins import make_backend, make_policy
+from colonysim.simulation import MODES, simulate
 from colonysim.suggest import nearest
 from colonysim.trace.manifest import build_manifest, prepare_directory
 from colonysim.trace.reader import Run

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import simpy
 
-from colonysim import plugins
 from colonysim.errors import ColonysimError
 from colonysim.pheromones.field import Visit, Write
+from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
-from colonysim.trace.schema import EpisodeResult, Event, Frame
+from colonysim.trace.rows import Rows
+from colonysim.trace.schema import EpisodeResult
 from colonysim.world.intents import Push, Wait
 from colonysim.world.state import AgentStatus, World
 
@@ -21,49 +22,16 @@ if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend, Done
     from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Choice, Policy
-    from colonysim.trace.schema import Sink
+    from colonysim.trace.schema import Event, Frame, Sink
     from colonysim.world.intents import Move, Outcome
     from colonysim.world.scenario import Scenario
 
-__all__ = ["MODES", "make_backend", "make_policy", "simulate"]
+__all__ = ["MODES", "simulate"]
 
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
 
 MODES = ("asynchronous", "synchronous")
-
-
-def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) -> Backend:
-    """The backend called `name`, built with its options; a backend itself is handed back.
-
-    Raises:
-        PluginError: There is no such backend.
-        ColonysimError: It does not know one of the options.
-        MissingExtraError: It needs a package that is not installed.
-    """
-    if not isinstance(name, str):
-        return name
-    factory = plugins.load("backends", name)
-    try:
-        backend: Backend = factory(**dict(options or {}))
-    except TypeError as error:
-        raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
-    return backend
-
-
-def make_policy(policy: str | Policy | Callable[[Scenario], Policy] | None, scenario: Scenario) -> Policy:
-    """The policy called `policy` (or the scenario's own), built for `scenario`; a policy itself is handed back.
-
-    Raises:
-        PluginError: There is no such policy.
-        ScenarioError: The scenario's parameters do not fit it.
-    """
-    if policy is None:
-        policy = scenario.policy
-    if isinstance(policy, str):
-        policy = plugins.load("policies", policy)
-    built: Policy = policy(scenario) if callable(policy) else policy  # type: ignore[assignment]
-    return built
 
 
 def simulate(
@@ -91,7 +59,8 @@ def simulate(
         episodes: How many; the scenario's own number if None.
         seed: Together with the scenario it makes the run.
         sink: Takes the rows of all tables of the trace.
-        initial: Pheromones to start with, by field name: the key frames of another run's episode.
+        initial: Pheromones to start with, by field name: the key frames of another run's episode, as they would
+            have been at the start of its next one.
         decisions: Whether the sink also gets the decisions.
         backend_options: Keyword arguments for a backend given by name.
 
@@ -118,10 +87,9 @@ def simulate(
             world.reset()
             body.reset(world, streams.within(f"episode/{number}"))
             memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
-            episode = _Episode(
-                number, world, fields, body, chosen, memories, views, streams.within(f"episode/{number}"), sink,
-                decisions,
-            )  # fmt: skip
+            own = streams.within(f"episode/{number}")
+            rows = Rows(number, scenario, sink, decisions)
+            episode = _Episode(number, world, fields, body, chosen, memories, views, own, rows)
             yield from episode.run(synchronous=mode == "synchronous")
             for field in fields.values():
                 field.end_episode()
@@ -145,6 +113,8 @@ def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str
                 raise ColonysimError(f"the other run's {name} speaks of node {frame.node}; this map has no such node")
             writes.append(Write(node, key, frame.value))
         field.load(writes)
+        # The frames were taken before the end of their episode did its work.
+        field.end_episode()
 
 
 def _trigger(event: simpy.Event) -> None:
@@ -165,8 +135,7 @@ class _Episode:
         memories: list[Any],
         views: list[LocalView],
         streams: Streams,
-        sink: Sink | None,
-        decisions: bool,
+        rows: Rows,
     ) -> None:
         self.number = number
         self.world = world
@@ -175,9 +144,7 @@ class _Episode:
         self.policy = policy
         self.memories = memories
         self.views = views
-        self.sink = sink
-        self.write = sink.write if sink else None
-        self.decisions = decisions and sink is not None
+        self.rows = rows
         self.env = simpy.Environment()
         self.now = 0.0
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
@@ -189,25 +156,19 @@ class _Episode:
         self.woken: dict[int, simpy.Event] = {}
         self.pending: dict[int, simpy.Event] = {}
         self.clock_wanted: simpy.Event | None = None
-        self.events: list[Event] = []
         self.visit = Visit()
-        # -1 ("none") must stay -1 when indices become the numbers of the scenario's file.
-        self.names = (*world.topology.ids, -1)
-        self.hole_names = (*(world.topology.ids[hole.node] for hole in world.scenario.holes), -1)
-        self.marks = [(name, field, range(len(world.box_node)) if field.by_box else self.names)
-                      for name, field in fields.items()]
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
     def run(self, synchronous: bool) -> Iterator[Event]:
         """Runs to the episode's end; yields events as they come out."""
-        world, scenario, env = self.world, self.world.scenario, self.env
+        world, scenario, env, rows = self.world, self.world.scenario, self.env, self.rows
         began = time.perf_counter()
         for view in self.views:
             view.edge_seconds = self.backend.edge_seconds
             view.waited, view.refused, view.failures = 0.0, None, 0
         for agent, node in enumerate(world.agent_node):
-            self._record("start", agent, node=node)
+            rows.event("start", agent, node=node)
             self._deposit("start", agent)
         if synchronous:
             env.process(self._ticks())
@@ -228,14 +189,14 @@ class _Episode:
                 ended, now = "timeout", limit
             else:
                 # All that a step runs happens at this time; asking the environment each time is slow.
-                self.now = now = due
+                self.now = rows.now = now = due
                 env.step()
-            if self.events:
-                yield from self.events
-                self.events.clear()
+            if rows.events:
+                yield from rows.events
+                rows.events.clear()
         for agent in self.pending:
             self.backend.cancel(agent)
-        self._drain()
+        self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
 
     def _how_it_ended(self) -> str:
@@ -252,15 +213,10 @@ class _Episode:
         result = EpisodeResult(
             self.number, steps, arrived / agents if agents else 1.0, ended, now, world.seated(), wall
         )
-        self._record("episode", status=ended, step=steps)
-        if self.write:
-            for name, field in self.fields.items():
-                for node, key, value in field.frame():
-                    place = node if field.by_box else self.names[node]
-                    self.write("frames", Frame(self.number, name, place, self.hole_names[key], value))
-            self.write("episodes", result)
-        yield from self.events
-        self.events.clear()
+        self.rows.event("episode", status=ended, step=steps)
+        self.rows.close(self.fields, result)
+        yield from self.rows.events
+        self.rows.events.clear()
 
     # -- asynchronous: one process per agent -----------------------------------------------------------------------
 
@@ -384,20 +340,20 @@ class _Episode:
         world = self.world
         if world.agent_status[agent] is AgentStatus.LOST:
             self.finished.add(agent)
-            self._record("lost", agent, node=world.agent_node[agent])
+            self.rows.event("lost", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
         if world.agent_node[agent] == world.scenario.goal:
             freed = world.release(agent)
             node = world.leave(agent)
             self.backend.leave(agent)
             self.finished.add(agent)
-            self._record("goal", agent, node=node)
+            self.rows.event("goal", agent, node=node, step=self.steps[agent])
             self._wake({node, *freed})
             return True
         if self.steps[agent] >= world.scenario.max_steps:
             world.spend(agent)
             self.finished.add(agent)
-            self._record("spent", agent, node=world.agent_node[agent])
+            self.rows.event("spent", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
         return False
 
@@ -406,14 +362,12 @@ class _Episode:
         view.look()
         choice = self.policy.decide(view, self.memories[agent], self.random[agent])
         self.memories[agent] = choice.memory
-        if self.decisions and self.write and choice.targets:
-            names, intent = self.names, choice.intent
+        if choice.targets:
+            intent = choice.intent
             chosen = -1 if isinstance(intent, Wait) else intent.node
-            row = (
-                self.number, self.now, agent, names[view.node], choice.explored, names[chosen],
-                tuple([names[node] for node in choice.targets]), choice.boxes, choice.probabilities,
-            )  # fmt: skip
-            self.write("decisions", row)  # a plain tuple in the order of Decision: there are too many to name fields
+            self.rows.decision(
+                agent, view.node, choice.explored, chosen, choice.targets, choice.boxes, choice.probabilities
+            )
         return choice
 
     def _reserve(self, agent: int, intent: Move) -> list[int]:
@@ -444,60 +398,34 @@ class _Episode:
         view.waited, view.refused = 0.0, None
         view.failures = 0 if outcome.status == "arrived" else view.failures + 1
         self.last_outcome = self.now
-        self._record(
-            "end", agent, action, origin, target, box, hole, outcome.status, outcome.reason, began, outcome.node
-        )
+        self.rows.event(
+            "end", agent, action, origin, target, box, hole, outcome.status, outcome.reason, self.steps[agent], began,
+            outcome.node,
+        )  # fmt: skip
         if outcome.node != origin:
             self._deposit("arrive", agent, left=origin, before=before)
         elif not outcome.lost:
             self._deposit("wait", agent)
         if self.backend.tick is not None:
-            self._drain()
+            self.rows.foreign(self.backend.rows())
         self._wake(changed)
 
     def _note_wait(self, agent: int, wait: Wait) -> None:
-        self._record("wait", agent, "wait", self.world.agent_node[agent], wait.nodes[0] if wait.nodes else -1)
+        target = wait.nodes[0] if wait.nodes else -1
+        self.rows.event("wait", agent, "wait", self.world.agent_node[agent], target, step=self.steps[agent])
         self._deposit("wait", agent)
 
     def _deposit(
         self, moment: Moment, agent: int, box: int = -1, hole: int = -1, left: int = -1, before: int = -1
     ) -> None:
-        world, visit, write, now = self.world, self.visit, self.write, self.now
+        world, visit = self.world, self.visit
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)
         visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-        for name, field, places in self.marks:
+        for field in self.fields.values():
             writes = field.deposit(visit)
-            if write:
-                # Plain tuples in the order of Deposit: there are too many to name their fields.
-                for node, key, value in writes:
-                    write("deposits", (self.number, now, name, agent, places[node], self.hole_names[key], value))
-
-    def _record(
-        self,
-        kind: str,
-        agent: int = -1,
-        action: str = "",
-        node: int = -1,
-        target: int = -1,
-        box: int = -1,
-        hole: int = -1,
-        status: str = "",
-        reason: str = "",
-        began: float | None = None,
-        now_at: int | None = None,
-        step: int | None = None,
-    ) -> None:
-        names, now = self.names, self.now
-        if step is None:
-            step = self.steps[agent] if agent >= 0 else 0
-        event = Event(
-            self.number, now, kind, agent, action, names[node], names[target], box, self.hole_names[hole], status,
-            reason, step, now if began is None else began, names[node if now_at is None else now_at],
-        )  # fmt: skip
-        self.events.append(event)
-        if self.write:
-            self.write("events", event)
+            if writes:
+                self.rows.deposits(field, agent, writes)
 
     # -- a backend with a clock of its own -------------------------------------------------------------------------
 
@@ -513,8 +441,3 @@ class _Episode:
                 event = self.pending.pop(agent, None)
                 if event is not None:
                     event.succeed(outcome)
-
-    def _drain(self) -> None:
-        if self.write:
-            for table, row in self.backend.rows():
-                self.write(table, (self.number, *row))  # type: ignore[arg-type]

@@ -49,7 +49,7 @@ def command(
 
 
 def _check(name: str, variant: str | None, settings: list[str]) -> None:
-    from colonysim.simulation import make_policy
+    from colonysim.plugins import make_policy
     from colonysim.world.loading import load_scenario, variant_names
 
     for one in [variant] if variant else [None, *variant_names(name)]:

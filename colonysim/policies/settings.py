@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
+
+from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -117,16 +118,14 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool =
     parameters: Mapping[str, Any] = scenario.parameters
     chosen = preset if override else parameters.get("preset", preset)
     if chosen not in PRESETS:
-        raise scenario.fault("policy.preset", f"no preset {chosen!r}; expected one of {', '.join(PRESETS)}")
+        raise scenario.fault("policy.preset", f"no preset {chosen!r}; {nearest(str(chosen), PRESETS)}")
     names = [field.name for field in dataclasses.fields(StigmergySettings)]
     values = dict(PRESETS[chosen])
     for name, value in parameters.items():
         if name == "preset":
             continue
         if name not in names:
-            near = difflib.get_close_matches(name, [*names, "preset"], 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; expected one of {', '.join(names)}"
-            raise scenario.fault(f"policy.{name}", f"no such parameter{hint}")
+            raise scenario.fault(f"policy.{name}", f"no such parameter; {nearest(name, [*names, 'preset'])}")
         values[name] = value
     try:
         return TypeAdapter(StigmergySettings).validate_python(values)

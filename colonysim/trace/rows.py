@@ -1,0 +1,124 @@
+"""From what happens in a simulation to the rows of its trace: indices become the numbers of the scenario's file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.errors import TraceError
+from colonysim.suggest import nearest
+from colonysim.trace.schema import TABLES, Event, Frame
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from colonysim.pheromones.field import Field, Write
+    from colonysim.trace.schema import EpisodeResult, Sink
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["Rows"]
+
+
+class Rows:
+    """Writes one episode's rows to a sink, if there is one, and keeps its events until they are taken.
+
+    Args:
+        episode: The episode's number.
+        scenario: Whose numbers to write.
+        sink: Takes the rows; None to keep events only.
+        decisions: Whether the sink gets the decisions.
+
+    Attributes:
+        now: Simulated seconds, set by the simulation.
+        events: Events that have not been taken yet.
+    """
+
+    __slots__ = ("_decisions", "_episode", "_holes", "_names", "_write", "events", "now")
+
+    def __init__(self, episode: int, scenario: Scenario, sink: Sink | None, decisions: bool) -> None:
+        self._episode = episode
+        self._write = sink.write if sink else None
+        self._decisions = decisions and sink is not None
+        ids = scenario.topology.ids
+        # -1 ("none") must stay -1 when indices become numbers.
+        self._names = (*ids, -1)
+        self._holes = (*(ids[hole.node] for hole in scenario.holes), -1)
+        self.events: list[Event] = []
+        self.now = 0.0
+
+    def event(
+        self,
+        kind: str,
+        agent: int = -1,
+        action: str = "",
+        node: int = -1,
+        target: int = -1,
+        box: int = -1,
+        hole: int = -1,
+        status: str = "",
+        reason: str = "",
+        step: int = 0,
+        began: float | None = None,
+        now_at: int | None = None,
+    ) -> None:
+        """Something happened now; the arguments are the columns of `Event`, nodes and holes by index."""
+        names, now = self._names, self.now
+        event = Event(
+            self._episode, now, kind, agent, action, names[node], names[target], box, self._holes[hole], status,
+            reason, step, now if began is None else began, names[node if now_at is None else now_at],
+        )  # fmt: skip
+        self.events.append(event)
+        if self._write:
+            self._write("events", event)
+
+    def decision(
+        self,
+        agent: int,
+        node: int,
+        explored: bool,
+        chosen: int,
+        targets: Sequence[int],
+        boxes: Sequence[int],
+        probabilities: Sequence[float],
+    ) -> None:
+        """An agent chose among `targets`; the arguments are the columns of `Decision`, nodes by index."""
+        if self._decisions and self._write:
+            names = self._names
+            # A plain tuple in the order of Decision: there are too many to name their fields.
+            self._write(
+                "decisions",
+                (
+                    self._episode, self.now, agent, names[node], explored, names[chosen],
+                    tuple([names[target] for target in targets]), boxes, probabilities,
+                ),
+            )  # fmt: skip
+
+    def deposits(self, field: Field, agent: int, writes: Iterable[Write]) -> None:
+        """An agent left marks."""
+        if self._write:
+            episode, now, name, holes = self._episode, self.now, field.name, self._holes
+            names = None if field.by_box else self._names
+            # Plain tuples in the order of Deposit, as above.
+            for node, key, value in writes:
+                place = node if names is None else names[node]
+                self._write("deposits", (episode, now, name, agent, place, holes[key], value))
+
+    def foreign(self, rows: Iterable[tuple[str, tuple[object, ...]]]) -> None:
+        """Rows that a backend hands over; the episode is put in front of each.
+
+        Raises:
+            TraceError: There is no such table.
+        """
+        if self._write:
+            for table, row in rows:
+                if table not in TABLES:
+                    raise TraceError(f"the backend wrote to a table {table!r}; {nearest(table, TABLES)}")
+                self._write(table, (self._episode, *row))
+
+    def close(self, fields: Mapping[str, Field], result: EpisodeResult) -> None:
+        """The episode has ended: a key frame of every field, and the result."""
+        if self._write:
+            for name, field in fields.items():
+                for node, key, value in field.frame():
+                    place = node if field.by_box else self._names[node]
+                    self._write("frames", Frame(self._episode, name, place, self._holes[key], value))
+            self._write("episodes", result)
