@@ -218,7 +218,11 @@ class Pilot:
             for i in scene.present_robots():
                 other = scene.robot(i)
                 there = math.dist(ahead, other[:2])
-                if there < ROBOT_CLEARANCE - 0.06 and there < math.dist(here[:2], other[:2]) and i in obstacles().robots:
+                if (
+                    there < ROBOT_CLEARANCE - 0.06
+                    and there < math.dist(here[:2], other[:2])
+                    and i in obstacles().robots
+                ):
                     return True
             return False
 

@@ -78,40 +78,42 @@ class FreeSpace:
 
     def __init__(self, scene: Scene, around: Surroundings) -> None:
         self._terrain = scene.terrain
-        self._squares: list[tuple[float, float, float, float, float]] = []
+        squares: list[tuple[float, ...]] = []
         for i in around.boxes:
             box = scene.box(i)
-            self._squares.append((box.x, box.y, box.yaw, scene.boxes[i].length / 2, BOX_CLEARANCE))
+            c, s = math.cos(box.yaw), math.sin(box.yaw)
+            squares.append((box.x, box.y, c, s, scene.boxes[i].length / 2, BOX_CLEARANCE))
         for i in around.open_pits:
             pit = scene.terrain.pits[i]
-            self._squares.append((pit.x, pit.y, pit.yaw, pit.side / 2, PIT_CLEARANCE))
+            squares.append((pit.x, pit.y, math.cos(pit.yaw), math.sin(pit.yaw), pit.side / 2, PIT_CLEARANCE))
         others = [scene.robot(i) for i in around.robots]
-        self._discs = [(other.x, other.y, ROBOT_CLEARANCE) for other in others]
-        self._discs += around.discs
+        discs = [(other.x, other.y, ROBOT_CLEARANCE) for other in others]
+        # One row for each obstacle, so that all are looked at in one go: most questions are about few places.
+        self._squares = np.array(squares).reshape(-1, 6, 1).transpose(1, 0, 2)
+        self._discs = np.array([*discs, *around.discs]).reshape(-1, 3, 1).transpose(1, 0, 2)
 
     def slack(self, x: Array, y: Array) -> Array:
         """Slack at many places, metres; arrays of one shape in and out."""
+        shape, x, y = x.shape, x.ravel(), y.ravel()
         least = _border_slack(self._terrain, x, y)
-        for cx, cy, yaw, half, clearance in self._squares:
-            c, s = math.cos(yaw), math.sin(yaw)
+        if self._squares.shape[1]:
+            cx, cy, c, s, half, clearance = self._squares
             u = np.maximum(np.abs(c * (x - cx) + s * (y - cy)) - half, 0.0)
             v = np.maximum(np.abs(-s * (x - cx) + c * (y - cy)) - half, 0.0)
-            least = np.minimum(least, np.sqrt(u * u + v * v) - clearance)
-        for cx, cy, clearance in self._discs:
-            least = np.minimum(least, np.sqrt((x - cx) ** 2 + (y - cy) ** 2) - clearance)
-        return least
+            least = np.minimum(least, (np.sqrt(u * u + v * v) - clearance).min(axis=0))
+        if self._discs.shape[1]:
+            cx, cy, clearance = self._discs
+            least = np.minimum(least, (np.sqrt((x - cx) ** 2 + (y - cy) ** 2) - clearance).min(axis=0))
+        return least.reshape(shape)
 
-    def at(self, x: float, y: float) -> float:
-        """Slack at one place, metres."""
-        return float(self.slack(np.array([x]), np.array([y]))[0])
+    def at(self, *places: Point) -> list[float]:
+        """Slack at single places, metres."""
+        x, y = np.array(places).T
+        return [float(slack) for slack in self.slack(x, y)]
 
     def along(self, start: Point, end: Point) -> float:
         """Least slack on a straight way, metres."""
-        count = max(2, math.ceil(math.dist(start, end) / (_CELL / 2)) + 1)
-        share = np.linspace(0.0, 1.0, count)
-        x = start[0] + share * (end[0] - start[0])
-        y = start[1] + share * (end[1] - start[1])
-        return float(self.slack(x, y).min())
+        return float(self.slack(*_samples(start, end)).min())
 
     def path(self, start: Point, goal: Point) -> list[Point] | None:
         """Waypoints of a way from start to goal, the goal last; None when there is none.
@@ -119,9 +121,11 @@ class FreeSpace:
         A robot that starts where it must not be may leave, as long as it gets no closer to what it is too
         close to.
         """
-        if self.at(*goal) < 0.0:
+        slack = self.slack(*_samples(start, goal))
+        at_start, at_goal = float(slack[0]), float(slack[-1])
+        if at_goal < 0.0:
             return None
-        if self.along(start, goal) >= min(_COMFORT / 2, self.at(*start), self.at(*goal)):
+        if slack.min() >= min(_COMFORT / 2, at_start, at_goal):
             return [goal]
         grid = _search(self, start, goal)
         return None if grid is None else self._straighten([start, *grid, goal])
@@ -142,6 +146,15 @@ class FreeSpace:
             kept.append(points[ahead])
             here = ahead
         return kept
+
+
+def _samples(start: Point, end: Point) -> tuple[Array, Array]:
+    """Places on a straight way, both ends included."""
+    count = max(2, math.ceil(math.dist(start, end) / (_CELL / 2)) + 1)
+    share = np.linspace(0.0, 1.0, count)
+    x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+    x[-1], y[-1] = end
+    return x, y
 
 
 def _bends(points: list[Point]) -> list[Point]:
@@ -236,7 +249,7 @@ def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | No
     rows = int((max(start[1], goal[1]) + _WINDOW - ymin) / _CELL) + 1
     x, y = np.meshgrid(xmin + _CELL * np.arange(columns), ymin + _CELL * np.arange(rows), indexing="ij")
     slack = space.slack(x, y)
-    at_start = space.at(*start)
+    [at_start] = space.at(start)
     if at_start < 0.0:
         near = (x - start[0]) ** 2 + (y - start[1]) ** 2 < _ESCAPE**2
         slack = np.where(near & (slack >= at_start - 0.02), np.maximum(slack, 0.0), slack)

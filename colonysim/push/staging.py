@@ -169,7 +169,7 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
     corridor = FreeSpace(scene, Surroundings(others.robots, others.boxes, pits))
     margin, reason = math.inf, "ok"
     for leg in legs:
-        staged = max(space.at(*p) for p in staging_points(scene, box, leg.start, leg.heading))
+        staged = max(space.at(*staging_points(scene, box, leg.start, leg.heading)))
         if staged < margin:
             margin, reason = staged, "ok" if staged >= 0.0 else "no staging pose"
         swept = _corridor_slack(scene, box, leg, corridor)
