@@ -4,8 +4,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+from colonysim.physics import Scene
 from colonysim.push.choosing import Testing
 from colonysim.push.executors import ChooserName, Executor, ExecutorName, make_executor
 from colonysim.push.judging import STEP_LIMIT, STEP_TICKS, Rules, Verdict, judge, reward
@@ -14,9 +15,9 @@ from colonysim.push.paths import everything_else
 from colonysim.push.seeds import Purpose, episode_rng
 from colonysim.push.starts import KINDS, Start, distribution, draw
 from colonysim.push.state import observe
-from colonysim.push.task import Kind, Log, Manoeuvre, ignore
+from colonysim.push.task import Chooser, Kind, Log, Manoeuvre, ignore
 
-__all__ = ["Played", "evaluate_push", "play_push", "wilson"]
+__all__ = ["Played", "Watch", "evaluate_push", "judged_start", "play_push", "wilson"]
 
 _REWARDED = Rules(ticks=STEP_TICKS, cross_track_gain=0.0, success_bonus=0.0, failure_penalty=0.0)
 """Paper Eq. 8 for each step of 50 ticks, its heading term held close to the goal."""
@@ -44,6 +45,26 @@ class Played:
     script_ticks: int
 
 
+class Watch(Protocol):
+    """Looks on while pushes are evaluated, to record them for instance; it never touches the scene."""
+
+    def begin(self, kind: Kind, number: int) -> None:
+        """Push `number` (from 0) on a terrain is about to begin, at `judged_start`."""
+        ...
+
+    def tick(self, scene: Scene) -> None:
+        """The scene at the start, and after every control tick."""
+        ...
+
+    def control(self, chooser: Chooser, control: str, ticks: int) -> None:
+        """Someone chose a control, as in `Log`."""
+        ...
+
+    def end(self, played: Played) -> None:
+        """How the push went."""
+        ...
+
+
 def wilson(successes: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
     """Wilson's interval of a success rate, 95 % by default; the whole range for no trials."""
     if trials == 0:
@@ -69,6 +90,7 @@ def evaluate_push(
     starts: str = "push",
     purpose: Purpose = Purpose.JUDGE,
     on_progress: Callable[[Kind, int, int], None] | None = None,
+    watch: Watch | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Success and reward of single pushes from a frozen start distribution, by terrain.
 
@@ -88,6 +110,7 @@ def evaluate_push(
         starts: Name of a start distribution.
         purpose: What the episodes are for: never choose anything by looking at `JUDGE`.
         on_progress: Called after each episode with the terrain, episodes done, and successes so far.
+        watch: Looks on; the results are the same without it.
 
     Returns:
         For each terrain `episodes`, `success`, `success_low` and `success_high` (Wilson, 95 %), `reward_mean`,
@@ -100,22 +123,56 @@ def evaluate_push(
     if episodes < 1:
         raise ValueError(f"episodes is {episodes}, expected at least 1")
     executor = make_executor(push, model=model, chooser=chooser, testing=testing, ticks=ticks, tries=tries)
-    chosen = distribution(starts)
     found: dict[str, dict[str, Any]] = {}
     for kind in terrains:
         played: list[Played] = []
         for i in range(episodes):
-            rng = episode_rng(purpose, seed, KINDS.index(kind), i)
-            start = draw(kind, chosen, rng)
-            played.append(play_push(start, executor, seed=int(rng.integers(2**32))))
+            start, drawn = judged_start(kind, i, seed=seed, starts=starts, purpose=purpose)
+            if watch is None:
+                played.append(play_push(start, executor, seed=drawn))
+            else:
+                watch.begin(kind, i)
+                played.append(play_push(start, executor, seed=drawn, log=watch.control, each_tick=watch.tick))
+                watch.end(played[-1])
             if on_progress is not None:
                 on_progress(kind, i + 1, sum(p.success for p in played))
         found[kind] = _summary(played)
     return found
 
 
-def play_push(start: Start, executor: Executor, *, seed: int = 0, log: Log = ignore) -> Played:
-    """Run one push in a fresh scene until it succeeds, fails, or its step limit is reached."""
+def judged_start(
+    kind: Kind, number: int, *, seed: int, starts: str = "push", purpose: Purpose = Purpose.JUDGE
+) -> tuple[Start, int]:
+    """Where a push of `evaluate_push` begins, and the seed of its executor.
+
+    Args:
+        kind: The terrain.
+        number: Which of the terrain's episodes, from 0.
+        seed: As there.
+        starts: As there.
+        purpose: As there.
+    """
+    rng = episode_rng(purpose, seed, KINDS.index(kind), number)
+    return draw(kind, distribution(starts), rng), int(rng.integers(2**32))
+
+
+def play_push(
+    start: Start,
+    executor: Executor,
+    *,
+    seed: int = 0,
+    log: Log = ignore,
+    each_tick: Callable[[Scene], None] | None = None,
+) -> Played:
+    """Run one push in a fresh scene until it succeeds, fails, or its step limit is reached.
+
+    Args:
+        start: Where it begins.
+        executor: What pushes.
+        seed: For the executor's drawn choices.
+        log: Told about every control and who chose it.
+        each_tick: Called with the scene at the start and after every tick; it must not change it.
+    """
     ticks = {"script": 0, "network": 0}
 
     def count(chooser: Any, control: str, held: int) -> None:
@@ -129,6 +186,8 @@ def play_push(start: Start, executor: Executor, *, seed: int = 0, log: Log = ign
         limit = STEP_LIMIT[task.kind] * STEP_TICKS
         gained, reason = 0.0, "timeout"
         verdict: Verdict | None = None
+        if each_tick is not None:
+            each_tick(scene)
         while scene.ticks < limit:
             try:
                 speeds = next(manoeuvre)
@@ -139,6 +198,8 @@ def play_push(start: Start, executor: Executor, *, seed: int = 0, log: Log = ign
                 break
             scene.drive(0, speeds.left, speeds.right)
             scene.tick()
+            if each_tick is not None:
+                each_tick(scene)
             if scene.ticks % CHECK_EVERY and scene.ticks % STEP_TICKS:
                 continue
             state = observe(scene.robot(0), scene.box(0), task)

@@ -18,7 +18,7 @@ from colonysim.trace.schema import VERSION
 if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
 
-__all__ = ["MANIFEST", "build_manifest", "prepare_directory", "read_manifest", "write_manifest"]
+__all__ = ["MANIFEST", "begin_manifest", "build_manifest", "prepare_directory", "read_manifest", "write_manifest"]
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
@@ -59,12 +59,31 @@ def build_manifest(
     variant: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The manifest of a run that is about to start (status "running")."""
+    """The manifest of a scenario's run that is about to start (status "running")."""
+    manifest = begin_manifest(
+        scenario.name, backend=backend, policy=policy, mode=mode, episodes=episodes, seed=seed, variant=variant,
+        options=options,
+    )  # fmt: skip
+    return {**manifest, "scenario_sha256": scenario.digest, "scenario": _plain(scenario.document)}
+
+
+def begin_manifest(
+    name: str,
+    *,
+    backend: str,
+    policy: str,
+    mode: str,
+    episodes: int,
+    seed: int,
+    variant: str | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """What the manifests of all runs have in common, those without a scenario included."""
     return {
         "format": FORMAT,
         "schema": VERSION,
         "status": "running",
-        "name": scenario.name,
+        "name": name,
         "variant": variant,
         "backend": backend,
         "policy": policy,
@@ -82,8 +101,6 @@ def build_manifest(
             "machine": platform.machine(),
             "implementation": platform.python_implementation(),
         },
-        "scenario_sha256": scenario.digest,
-        "scenario": _plain(scenario.document),
     }
 
 

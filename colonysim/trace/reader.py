@@ -68,9 +68,15 @@ class Run:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The scenario as it was run, after variant and overrides."""
+        """The scenario as it was run, after variant and overrides.
+
+        Raises:
+            TraceError: It is a run without one, such as that of an evaluation.
+        """
         from colonysim.world.loading import scenario_from_document
 
+        if "scenario" not in self.manifest:
+            raise TraceError(f"{self.path}: a run of single pushes, which has no scenario")
         return scenario_from_document(self.manifest["scenario"])
 
     @property
