@@ -373,8 +373,10 @@ class _Episode:
     def _reserve(self, agent: int, intent: Move) -> list[int]:
         """Reserves what the manoeuvre needs, all or none; returns the nodes that stand in the way."""
         world = self.world
-        places = self.backend.footprint(agent, intent)
+        places, kept = self.backend.footprint(agent, intent), world.held(agent)
         if world.reserve(agent, places):
+            if kept:  # what its body still needed after its last action is free now
+                self._wake({node for place in kept for node in (place if isinstance(place, tuple) else (place,))})
             return []
         return world.blockers(agent, places)
 
