@@ -13,6 +13,7 @@ _EXAMPLES = """\b
 Examples:
   colonysim evaluate push --push staged --episodes 200
   colonysim evaluate push --push rl --model models/mine/push.npz --episodes 200 --seed 1 --json
+  colonysim evaluate push --episodes 20 --out runs/pushes && colonysim plot runs/pushes
 """
 _KEYS = ("episodes", "success", "success_low", "success_high", "reward_mean", "reward_sd")
 
@@ -36,20 +37,34 @@ def push(
     model: Annotated[
         Path | None, typer.Option("--model", metavar="FILE", help="The network. [default: the one shipped]")
     ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="DIR", help="Record the pushes there; absent or empty. [default: record nothing]"
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print results as one JSON object.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print results only, no progress.")] = False,
 ) -> None:
     """Measure success and reward of single pushes on flat ground, up a slope and into a hole.
 
     Success comes with its 95 % interval (Wilson). The starts are drawn apart from those of training.
+    With --out poses and controls are recorded, for `colonysim plot` to draw trajectories from.
     """
-    from colonysim.cli.console import print_json, print_table
+    from contextlib import nullcontext
+
+    from colonysim.cli.console import print_json, print_table, say
     from colonysim.cli.extras import need_bullet
     from colonysim.cli.progress import Bar
 
     need_bullet()
     from colonysim.push.evaluation import evaluate_push
 
+    recorder = None
+    if out is not None:
+        from colonysim.cli.pushes import PushRecorder
+
+        recorder = PushRecorder(out, kind, episodes=episodes, seed=seed, model=model)
     done = 0
     with Bar(f"pushing ({kind})", 3 * episodes, quiet) as bar:
 
@@ -60,8 +75,16 @@ def push(
             if number == episodes:
                 bar.line(f"{terrain}: {successes} of {episodes} pushes succeeded")
 
-        found = evaluate_push(kind, episodes=episodes, seed=seed, model=model, on_progress=show)
-    results = {terrain: {key: values[key] for key in _KEYS} for terrain, values in found.items()}
+        try:
+            with nullcontext() if recorder is None else recorder:
+                found = evaluate_push(kind, episodes=episodes, seed=seed, model=model, on_progress=show, watch=recorder)
+                results = {terrain: {key: values[key] for key in _KEYS} for terrain, values in found.items()}
+                if recorder is not None:
+                    recorder.results(results)
+        except KeyboardInterrupt:
+            where = "" if out is None else f" Those are recorded in {out}"
+            say(f"Interrupted after {done} of {3 * episodes} pushes.{where}")
+            raise SystemExit(130) from None
     if as_json:
         print_json(results)
         return
@@ -76,3 +99,5 @@ def push(
     ]
     title = f"push {kind} · {episodes} episodes per terrain · seed {seed}"
     print_table(("terrain", ">success", ">95 % interval", ">reward"), rows, title)
+    if out is not None:
+        typer.echo(f"recorded in {out}")
