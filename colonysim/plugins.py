@@ -59,8 +59,10 @@ def load(group: str, name: str) -> Any:
         found: Any = importlib.import_module(module)
         for part in attribute.split("."):
             found = getattr(found, part)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise PluginError(f"{name!r} ({place}) cannot be loaded: {error}") from error
+    except ColonysimError:
+        raise  # it says already what is missing
+    except Exception as error:  # another's module may fail in any way; ours still owes a message
+        raise PluginError(f"{name!r} ({place}) cannot be loaded: {type(error).__name__}: {error}") from error
     return found
 
 

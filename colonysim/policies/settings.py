@@ -117,7 +117,7 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool =
     """
     parameters: Mapping[str, Any] = scenario.parameters
     chosen = preset if override else parameters.get("preset", preset)
-    if chosen not in PRESETS:
+    if not isinstance(chosen, str) or chosen not in PRESETS:
         raise scenario.fault("policy.preset", f"no preset {chosen!r}; {nearest(str(chosen), PRESETS)}")
     names = [field.name for field in dataclasses.fields(StigmergySettings)]
     values = dict(PRESETS[chosen])
