@@ -138,8 +138,11 @@ class Distance:
         return [Write(node, -1, self.at(node)) for node in sorted(self._visited)]
 
     def load(self, frame: Iterable[Write]) -> None:
-        """Takes over distances; a node whose d is not the straight one counts as official."""
-        for node, _, value in frame:
+        """Takes over distances; a node whose d is not the straight one, or is that of a path, counts as official."""
+        topology = self._world.topology
+        for node, _, value in sorted(frame, key=lambda write: -write.value):  # the nearest to the goal first
             self._visited[node] = None
-            self.d[node] = self.d_max - value
-            self.official[node] = node == self._goal or abs(self.d[node] - self._straight[node]) > 1e-9
+            far = self.d[node] = self.d_max - value
+            ways = zip(topology.neighbours[node], topology.lengths[node], strict=True)
+            along_path = any(self.official[j] and abs(self.d[j] + length - far) < 1e-9 for j, length in ways)
+            self.official[node] = node == self._goal or along_path or abs(far - self._straight[node]) > 1e-9
