@@ -13,15 +13,21 @@ EXAMPLES = """\b
 Examples:
   colonysim plot runs/hard-nodeworld-s0-1
   colonysim plot runs/hard-nodeworld-s0-1 --what H,B --hole 29 --box 3 --episodes 1,3,10 -f pdf
+  colonysim plot runs/pushes --what trajectories
 """
 
 
 def command(
     path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
     what: Annotated[
-        str,
-        typer.Option("--what", "-w", help="Comma-separated: D, E, H, B, map, trajectories, episodes."),
-    ] = "D,E,H,B,map,trajectories,episodes",
+        str | None,
+        typer.Option(
+            "--what",
+            "-w",
+            help="Comma-separated: D, E, H, B, map, trajectories, episodes; of single pushes trajectories, samples.",
+            show_default="all",
+        ),
+    ] = None,
     episodes: Annotated[
         str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="first, some between, last")
     ] = None,
@@ -44,7 +50,8 @@ def command(
     D distance, E exploration, H of a hole, B of a box: a panel an
     episode, as at its end. map shows boxes, holes, agents and blocked edges (red slashes) at the start
     and the end, trajectories the ways of agents (pink) and boxes (blue), episodes steps and
-    success by episode.
+    success by episode. Of single pushes (`colonysim evaluate push --out`) there are
+    trajectories, a panel a terrain, and samples, a panel a push.
     """
     from colonysim.cli.extras import need
     from colonysim.cli.numbers import read_numbers
@@ -53,7 +60,9 @@ def command(
     need("matplotlib", "plot", "drawing")
     from colonysim.plots import draw
 
-    wanted = tuple(dict.fromkeys(word.strip() for word in what.split(",") if word.strip()))
+    wanted = None
+    if what is not None:
+        wanted = tuple(dict.fromkeys(word.strip() for word in what.split(",") if word.strip()))
     chosen = None if episodes is None else read_numbers(episodes)
     for image in draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind):
         typer.echo(str(image))

@@ -8,6 +8,7 @@ import json
 import time
 from typing import TYPE_CHECKING, Any
 
+from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.push.cards import load_model
 from colonysim.push.evaluation import judged_start
 from colonysim.push.starts import KINDS, distribution
@@ -66,6 +67,7 @@ class PushRecorder:
             "model_sha256": network and network.card["sha256"],
             "starts": _STARTS,
             "starts_sha256": _digest(dataclasses.asdict(distribution(_STARTS))),
+            "robot_size": [2 * BUMPER, 2 * HALF_WIDTH],
             "results": None,
             "pushes": [
                 {

@@ -15,10 +15,12 @@ if TYPE_CHECKING:
 
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "draw"]
+__all__ = ["KINDS", "PUSH_KINDS", "draw"]
 
 KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes")
-"""What can be drawn."""
+"""What can be drawn of the run of a colony."""
+PUSH_KINDS = ("trajectories", "samples")
+"""What can be drawn of a run of single pushes."""
 _MOST_PANELS = 6
 _MOST_BOXES = 6
 
@@ -26,7 +28,7 @@ _MOST_BOXES = 6
 def draw(
     run: Run,
     *,
-    what: Sequence[str] = KINDS,
+    what: Sequence[str] | None = None,
     episodes: Sequence[int] | None = None,
     hole: int | None = None,
     box: int | None = None,
@@ -37,8 +39,10 @@ def draw(
 
     Args:
         run: The run.
-        what: Any of `KINDS`, or another field of the run by its name.
-        episodes: The panels of fields and trajectories; by default up to six, from the first to the last.
+        what: Any of `KINDS` (by default all), or another field of the run by its name; of a run of single
+            pushes any of `PUSH_KINDS`.
+        episodes: The panels of fields and trajectories; by default up to six, from the first to the last. Of a
+            run of single pushes those that are drawn; by default the first six of each terrain.
         hole: Node of the hole whose H is drawn; by default an image for each hole.
         box: The box whose B is drawn; by default an image for each of the first six.
         out: Where to put the images; by default `plots` in the run directory.
@@ -54,8 +58,10 @@ def draw(
         raise MissingExtraError(
             "drawing needs matplotlib, which is not installed: pip install 'colonysim[plot]'"
         ) from None
-    chosen = _episodes(run, episodes)
-    jobs = _jobs(run, what, chosen, hole, box)
+    if "evaluation" in run.manifest:
+        jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
+    else:
+        jobs = _jobs(run, KINDS if what is None else what, _episodes(run, episodes), hole, box)
     if out is None:
         if run.path is None:
             raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
@@ -102,6 +108,25 @@ def _jobs(
                 jobs.append((f"B-box{number}", lambda number=number: box_figure(run, number, episodes)))  # type: ignore[misc]
         else:
             jobs.append((word, lambda word=word: node_figure(run, word, episodes)))  # type: ignore[misc]
+    return jobs
+
+
+def _push_jobs(
+    run: Run, what: Sequence[str], episodes: Sequence[int] | None
+) -> list[tuple[str, Callable[[], Figure]]]:
+    """The same for a run of single pushes."""
+    from colonysim.plots.pushes import chosen_pushes, overlaid_figure, sample_figure
+
+    chosen = chosen_pushes(run, episodes)
+    jobs: list[tuple[str, Callable[[], Figure]]] = []
+    for word in what:
+        if word not in PUSH_KINDS:
+            raise ColonysimError(f"cannot draw {word!r} of single pushes; {nearest(word, PUSH_KINDS)}")
+        if word == "trajectories":
+            jobs.append(("trajectories", lambda: overlaid_figure(run, chosen)))
+        else:
+            for kind, numbers in chosen.items():
+                jobs.append((f"samples-{kind}", lambda kind=kind, numbers=numbers: sample_figure(run, kind, numbers)))  # type: ignore[misc]
     return jobs
 
 
