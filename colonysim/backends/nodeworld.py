@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
 
-__all__ = ["NodeWorld"]
+__all__ = ["NodeWorld", "what_comes_of"]
 
 NOWHERE: frozenset[Place] = frozenset()
 
@@ -25,6 +25,30 @@ NOWHERE: frozenset[Place] = frozenset()
 def _arrival(node: int) -> Outcome:
     """By far the most frequent outcome; it cannot change, so one of each is enough."""
     return Outcome("arrived", node)
+
+
+def what_comes_of(world: World, agent: int, intent: Intent) -> Outcome:
+    """What the rules of the place make of an intent: done as it was meant, or blocked."""
+    at = world.agent_node[agent]
+    if isinstance(intent, Wait) or intent.node not in world.topology.neighbours[at]:
+        return Outcome("blocked", at, reason="no such move")
+    node = intent.node
+    if isinstance(intent, Travel):
+        if not world.passable(world.level(agent), at, node):
+            return Outcome("blocked", at, reason="unreachable")
+        return _arrival(node)
+    box = intent.box
+    if not 0 <= box < len(world.box_node):
+        return Outcome("blocked", at, reason="no such box")
+    stands, base = world.box_node[box], world.box_base[box]
+    if stands == node:
+        if not world.graspable(agent, box, world.level(agent), at):
+            return Outcome("blocked", at, reason="out of reach")
+        return _arrival(node)
+    if stands != at or world.top_box(at) != box or not world.can_slide(base, at, node):
+        return Outcome("blocked", at, reason="cannot be pushed")
+    pusher = at if world.falls(base, at, node) else node
+    return Outcome("arrived", pusher, (BoxPlace(box, node),))
 
 
 class NodeWorld:
@@ -80,24 +104,11 @@ class NodeWorld:
         world = self._world
         if world is None:
             return Done(0.0, Outcome("failed", -1, reason="closed"))
-        at = world.agent_node[agent]
-        if isinstance(intent, Wait) or intent.node not in world.topology.neighbours[at]:
-            return Done(0.0, Outcome("blocked", at, reason="no such move"))
-        node = intent.node
-        if isinstance(intent, Travel):
-            if not world.passable(world.level(agent), at, node):
-                return Done(0.0, Outcome("blocked", at, reason="unreachable"))
-            return Done(self._seconds(agent, at, node, False), _arrival(node))
-        box, stands = intent.box, world.box_node[intent.box]
-        if stands == node:
-            if not world.graspable(agent, box, world.level(agent), at):
-                return Done(0.0, Outcome("blocked", at, reason="out of reach"))
-            return Done(self._seconds(agent, at, node, False), Outcome("arrived", node))
-        base = world.box_base[box]
-        if stands != at or world.top_box(at) != box or not world.can_slide(base, at, node):
-            return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
-        pusher = at if world.falls(base, at, node) else node
-        return Done(self._seconds(agent, at, node, True), Outcome("arrived", pusher, (BoxPlace(box, node),)))
+        outcome = what_comes_of(world, agent, intent)
+        if isinstance(intent, Wait) or outcome.status != "arrived":
+            return Done(0.0, outcome)
+        pushed = bool(outcome.boxes)
+        return Done(self._seconds(agent, world.agent_node[agent], intent.node, pushed), outcome)
 
     def advance(self, now: float) -> Sequence[Finished]:
         """Nothing is ever pending."""

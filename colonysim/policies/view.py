@@ -178,6 +178,8 @@ class LocalView:
 
     def crowded(self, neighbour: int) -> bool:
         """Whether Algorithm 8 forbids a neighbour: another agent within sight is on it or next to it."""
+        if neighbour not in self.neighbours:
+            raise OutOfSightError(f"node {neighbour} is no neighbour of node {self.node}")
         world = self._world
         if world.occupant[neighbour] not in (-1, self.agent):
             return True
@@ -228,6 +230,7 @@ class LocalView:
         """Whether the agent, once on a visible node, could take hold of a box on it or next to it."""
         world = self._world
         self.box_node(box)
+        self._look_at(node)
         level = world.level(self.agent) if node == self.node else world.surface[node]
         return world.graspable(self.agent, box, level, node)
 
@@ -265,6 +268,8 @@ class LocalView:
 
     def can_follow(self, box: int, i: int, j: int) -> bool:
         """Whether a box pushed from `i` to `j` would stay level with its pusher, who then goes with it."""
+        self._look_at(i)
+        self._look_at(j)
         world = self._world
         base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
         return world.passable(base, i, j)
@@ -272,4 +277,6 @@ class LocalView:
     def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
         """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""
         self.box_node(box)
+        for node in targets:
+            self._look_at(node)
         return self._backend.feasible(self.agent, box, targets)
