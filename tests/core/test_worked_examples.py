@@ -7,11 +7,11 @@ from small_worlds import line, place, push, stand, visit
 
 from colonysim.backends.nodeworld import NodeWorld
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, Write
+from colonysim.plugins import make_policy
 from colonysim.policies.settings import PRESETS
 from colonysim.policies.stigmergy import Stigmergy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
-from colonysim.simulation import make_policy
 from colonysim.world.state import World
 
 # n0 and the goal n2 are 5 apart, n1 lies at the corner: 3 from n0, 4 from n2.

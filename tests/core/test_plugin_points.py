@@ -1,0 +1,203 @@
+"""Policies, fields and backends of third parties: by object, by place, by entry point."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+
+import pytest
+from small_worlds import line, play
+
+import colonysim
+from colonysim import load_scenario, plugins
+from colonysim.errors import ColonysimError, MissingExtraError, PluginError
+from colonysim.pheromones import Exploration, Write
+from colonysim.plugins import make_backend, make_policy
+from colonysim.policies.policy import Choice
+from colonysim.world.intents import Travel
+
+SOURCE = '''
+from colonysim.pheromones import Exploration
+from colonysim.policies.policy import Choice
+from colonysim.world.intents import Travel
+
+
+class East:
+    name = "east"
+
+    def __init__(self, scenario):
+        self.scenario = scenario
+
+    def fields(self, world):
+        return {}
+
+    def begin(self, agent, memory):
+        return None
+
+    def decide(self, view, memory, random):
+        return Choice(Travel(view.node + 1), memory)
+
+
+class Footprints(Exploration):
+    name = "footprints"
+
+
+class Nested:
+    Inner = East
+'''
+
+
+@pytest.fixture
+def third_party(tmp_path, monkeypatch):
+    (tmp_path / "third_party_colony.py").write_text(SOURCE)
+    (tmp_path / "third_party_broken.py").write_text("1 / 0\n")
+    (tmp_path / "third_party_extra.py").write_text(
+        "from colonysim.errors import MissingExtraError\nraise MissingExtraError('pip install it')\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    yield "third_party_colony"
+    for name in ("third_party_colony", "third_party_broken", "third_party_extra"):
+        sys.modules.pop(name, None)
+
+
+class Crumbs:
+    """A field of our own: 7 wherever an agent arrives."""
+
+    name = "crumbs"
+    by_box = False
+
+    def __init__(self, world) -> None:
+        self.values: dict[int, float] = {}
+
+    def at(self, node, key=-1):
+        return self.values.get(node, 0.0)
+
+    def keys(self, node):
+        return ()
+
+    def deposit(self, visit):
+        if visit.moment == "arrive":
+            self.values[visit.node] = 7.0
+            return (Write(visit.node, -1, 7.0),)
+        return ()
+
+    def end_episode(self):
+        pass
+
+    def frame(self):
+        return [Write(node, -1, value) for node, value in self.values.items()]
+
+    def load(self, frame):
+        self.values.update((node, value) for node, _, value in frame)
+
+
+class West:
+    name = "west"
+
+    def __init__(self, scenario) -> None:
+        pass
+
+    def fields(self, world):
+        return {"crumbs": Crumbs(world)}
+
+    def begin(self, agent, memory):
+        return None
+
+    def decide(self, view, memory, random):
+        return Choice(Travel(view.node - 1), memory)
+
+
+def test_a_policy_by_place_by_factory_and_by_object(third_party):
+    scenario = line(4, goal=3, agents=[0], policy=f"{third_party}:East")
+    for policy in (None, f"{third_party}:East", f"{third_party}:Nested.Inner"):
+        _, rows = play(scenario, policy=policy, episodes=1)
+        assert (rows.episodes[0].ended, rows.episodes[0].steps) == ("goal", 3)
+    back = line(4, goal=0, agents=[3])
+    for west in (West, West(back)):
+        _, rows = play(back, policy=west, episodes=1)
+        assert rows.episodes[0].steps == 3
+        assert [(row[2], row[4], row[6]) for row in rows.tables["deposits"]] == [("crumbs", n, 7.0) for n in (2, 1, 0)]
+    assert make_policy(f"{third_party}:East", scenario).scenario is scenario
+
+
+def test_a_scenario_file_names_a_third_party_s_policy(third_party):
+    scenario = load_scenario("sanity", None, {"policy.name": f"{third_party}:East"})
+    assert type(make_policy(None, scenario)).__name__ == "East"
+    run = colonysim.run(scenario, episodes=1, trace=False)
+    assert run.manifest["policy"] == "east"
+
+
+def test_an_extra_field_is_carried_along(third_party):
+    scenario = load_scenario("sanity", None, {"policy.extra_fields": [f"{third_party}:Footprints"]})
+    events, rows = play(scenario, episodes=2, seed=1)
+    assert {row[2] for row in rows.tables["deposits"]} >= {"D", "H", "E", "footprints"}
+    footprints = {f.node: f.value for f in rows.tables["frames"] if f.field == "footprints" and f.episode == 2}
+    assert footprints == {f.node: f.value for f in rows.tables["frames"] if f.field == "E" and f.episode == 2}
+    assert events == play(load_scenario("sanity"), episodes=2, seed=1)[0], "a field nobody reads changes nothing"
+    assert issubclass(plugins.field_class(f"{third_party}:Footprints"), Exploration)
+
+
+def test_unknown_names_are_answered_with_the_nearest():
+    scenario = load_scenario("sanity")
+    with pytest.raises(PluginError, match="no policy 'colny'; did you mean 'colony'"):
+        make_policy("colny", scenario)
+    with pytest.raises(PluginError, match="no backend 'nodewrld'; did you mean 'nodeworld'"):
+        make_backend("nodewrld")
+    with pytest.raises(PluginError, match="there are: bullet, mock, nodeworld"):
+        make_backend("x")
+    with pytest.raises(PluginError, match="no field 'scent'"):
+        play(load_scenario("sanity", None, {"policy.extra_fields": ["scent"]}))
+    with pytest.raises(ColonysimError, match="backend 'nodeworld' does not take these options"):
+        make_backend("nodeworld", {"speed": 3})
+
+
+@pytest.mark.parametrize("place", [
+    "no_such_module_here:East", "third_party_colony:West", "third_party_broken:East", ":East", "a:b:c", "colonysim:",
+])  # fmt: skip
+def test_what_cannot_be_loaded_is_one_message(third_party, place):
+    with pytest.raises(PluginError) as error:
+        make_policy(place, load_scenario("sanity"))
+    assert place in str(error.value) and "cannot be loaded" in str(error.value)
+
+
+def test_a_missing_extra_stays_what_it_is(third_party):
+    with pytest.raises(MissingExtraError, match="pip install it"):
+        make_backend("third_party_extra:Backend")
+
+
+def test_entry_points_are_found_and_cannot_shadow_ours(third_party, monkeypatch):
+    points = [
+        EntryPoint("east", f"{third_party}:East", "colonysim.policies"),
+        EntryPoint("colony", f"{third_party}:East", "colonysim.policies"),
+        EntryPoint("broken", "third_party_broken:East", "colonysim.policies"),
+    ]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: points if group == "colonysim.policies" else [])
+    scenario = load_scenario("sanity")
+    assert make_policy("east", scenario).name == "east"
+    assert make_policy("colony", scenario).name == "colony"
+    assert "broken" in plugins.available("policies")
+    with pytest.raises(PluginError, match="ZeroDivisionError"):
+        make_policy("broken", scenario)
+    play(scenario, policy="east", episodes=1)
+
+
+def test_a_broken_plugin_does_not_break_the_import(tmp_path):
+    """An installed distribution whose entry points lead to a module that raises."""
+    info = tmp_path / "broken_plugin-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken-plugin\nVersion: 1.0\n")
+    points = [f"[colonysim.{g}]\nbroken = third_party_broken:It\n" for g in ("policies", "fields", "backends")]
+    (info / "entry_points.txt").write_text("".join(points))
+    (tmp_path / "third_party_broken.py").write_text("raise RuntimeError('broken on purpose')\n")
+    program = (
+        f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
+        "import colonysim, colonysim.plugins as p\n"
+        "assert all('broken' in p.available(g) for g in ('policies', 'fields', 'backends'))\n"
+        "print(colonysim.run('sanity', episodes=1, trace=False).episodes[0].ended)\n"
+        "try: p.load('policies', 'broken')\n"
+        "except colonysim.PluginError as error: print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[0] in ("goal", "max_steps")
+    assert "broken on purpose" in done.stdout
