@@ -17,6 +17,7 @@ Examples:
   colonysim train push --out models/mine
   colonysim train push --preset paper --seed 3 --out models/paper
   colonysim train push --out models/mine --resume
+  colonysim train push --set actions=20000 --set learner.learning_rate=0.0003 --out models/short
 """
 _FEASIBILITY = """\b
 Example:
@@ -34,6 +35,12 @@ def push(
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write model, history and checkpoint.")
     ],
     preset: Annotated[str, typer.Option(help="A named configuration: improved or paper.")] = "improved",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Set a parameter of the preset, such as actions=300; may be given again."
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the training.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in DIR.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
@@ -41,10 +48,13 @@ def push(
     """Train the push by reinforcement learning (Double DQN).
 
     Writes the network as plain arrays with a JSON card. A training that was stopped, with Ctrl-C for
-    instance, goes on from its last checkpoint with --resume.
+    instance, goes on from its last checkpoint with --resume. `colonysim plot DIR` draws its learning
+    curve, also while it is under way.
     """
+    from colonysim.cli.console import say
     from colonysim.cli.extras import need, need_bullet
     from colonysim.cli.progress import Bar
+    from colonysim.cli.settings import with_settings
     from colonysim.errors import ColonysimError
     from colonysim.suggest import nearest
 
@@ -55,6 +65,9 @@ def push(
 
     if preset not in PRESETS:
         raise ColonysimError(f"no preset {preset!r}; {nearest(preset, PRESETS)}")
+    config = with_settings(PRESETS[preset], settings or ())
+    if not resume and (out / "checkpoint.npz").exists():
+        raise ColonysimError(f"{out}: holds a training already; go on with it (--resume), or choose another --out")
     with Bar(f"training the push ({preset})", 1.0, quiet) as bar:
 
         def show(progress: Progress) -> None:
@@ -65,7 +78,13 @@ def push(
             )
             bar.move(progress.share)
 
-        trained = train_push(preset, out, seed, resume=resume, on_progress=show)
+        try:
+            trained = train_push(config, out, seed, resume=resume, on_progress=show)
+        except KeyboardInterrupt:
+            kept = (out / "checkpoint.npz").exists()
+            after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
+            say(f"Interrupted. {after}")
+            raise SystemExit(130) from None
     if trained is not None:
         typer.echo(f"{trained.card}: best after {trained.peak_episode} episodes")
 

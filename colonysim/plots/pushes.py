@@ -120,7 +120,7 @@ def _rate(run: Run, kind: str) -> str:
     """Successes on a terrain over all its pushes, drawn or not."""
     terrain = {each["episode"]: each["terrain"] for each in run.manifest["evaluation"]["pushes"]}
     won = [result.success for result in run.episodes if terrain[result.episode] == kind]
-    return f"{sum(won):.0f} of {len(won)} succeeded"
+    return f"{sum(won):.0f} of all {len(won)} succeeded"
 
 
 def _pushes(run: Run, numbers: Sequence[int]) -> dict[int, _Push]:
