@@ -93,7 +93,7 @@ def push(
 def feasibility(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write the model.")],
     model: Annotated[str, typer.Option("--model", metavar="FILE", help="The push that is judged.")] = "push",
-    states: Annotated[int, typer.Option("--states", min=1000, help="Learn from at least so many states.")] = 10_000,
+    states: Annotated[int, typer.Option("--states", min=200, help="Learn from at least so many states.")] = 10_000,
     seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the training.")] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:

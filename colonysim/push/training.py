@@ -260,6 +260,8 @@ class _Run:
         }
         text = np.frombuffer(json.dumps(note).encode(), dtype=np.uint8)
         save_arrays(self.folder / "checkpoint.npz", {**arrays, "note": text})
+        # Beside it in plain text, for whoever wants to see how the training goes.
+        replace_file(self.folder / "history.json", json.dumps(note["history"], indent=1).encode())
 
     def restore(self) -> None:
         """Go on from the checkpoint, if there is one."""
@@ -319,8 +321,6 @@ class _Run:
         }
         path = self.folder / f"{name}.npz"
         save_model(path, "q-network", network.arrays(), card)
-        history = [dataclasses.asdict(p) for p in self.history]
-        replace_file(self.folder / "history.json", json.dumps(history, indent=1).encode())
         return Trained(network, path.with_suffix(".json"), winner.episode, tuple(self.history))
 
     def _playoff(self, candidate: _Candidate) -> dict[str, float]:
