@@ -14,11 +14,14 @@ Examples:
   colonysim plot runs/hard-nodeworld-s0-1
   colonysim plot runs/hard-nodeworld-s0-1 --what H,B --hole 29 --box 3 --episodes 1,3,10 -f pdf
   colonysim plot runs/pushes --what trajectories
+  colonysim plot models/mine
 """
 
 
 def command(
-    path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    path: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A run directory, or the directory of a training.", show_default=False)
+    ],
     what: Annotated[
         str | None,
         typer.Option(
@@ -51,18 +54,26 @@ def command(
     episode, as at its end. map shows boxes, holes, agents and blocked edges (red slashes) at the start
     and the end, trajectories the ways of agents (pink) and boxes (blue), episodes steps and
     success by episode. Of single pushes (`colonysim evaluate push --out`) there are
-    trajectories, a panel a terrain, and samples, a panel a push.
+    trajectories, a panel a terrain, and samples, a panel a push; of a training (`colonysim
+    train push`) its learning curve.
     """
     from colonysim.cli.extras import need
     from colonysim.cli.numbers import read_numbers
     from colonysim.trace.reader import Run
 
     need("matplotlib", "plot", "drawing")
-    from colonysim.plots import draw
+    from colonysim.errors import ColonysimError
+    from colonysim.plots import draw, draw_training, is_training
 
     wanted = None
     if what is not None:
         wanted = tuple(dict.fromkeys(word.strip() for word in what.split(",") if word.strip()))
     chosen = None if episodes is None else read_numbers(episodes)
-    for image in draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind):
+    if is_training(path):
+        if what not in (None, "learning") or episodes is not None or hole is not None or box is not None:
+            raise ColonysimError(f"{path}: a training, of which there is the learning curve only; leave the choice out")
+        images = draw_training(path, out=out, kind=kind)
+    else:
+        images = draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
+    for image in images:
         typer.echo(str(image))

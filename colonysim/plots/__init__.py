@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "PUSH_KINDS", "draw"]
+__all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training"]
 
 KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes")
 """What can be drawn of the run of a colony."""
@@ -52,13 +52,10 @@ def draw(
         MissingExtraError: matplotlib is not installed.
         ColonysimError: The run has no such episode, hole, box or field, or the images cannot be written.
     """
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        raise MissingExtraError(
-            "drawing needs matplotlib, which is not installed: pip install 'colonysim[plot]'"
-        ) from None
+    _need_matplotlib()
     if "evaluation" in run.manifest:
+        if hole is not None or box is not None:
+            raise ColonysimError("a run of single pushes has no pheromones, hence neither hole nor box to choose")
         jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
     else:
         jobs = _jobs(run, KINDS if what is None else what, _episodes(run, episodes), hole, box)
@@ -72,6 +69,42 @@ def draw(
         _save(make(), path, kind)
         images.append(path)
     return images
+
+
+def is_training(folder: Path) -> bool:
+    """Whether a folder is one that `colonysim train push` wrote to."""
+    return (folder / "history.json").is_file()
+
+
+def draw_training(
+    folder: str | Path, *, out: str | Path | None = None, kind: Literal["png", "svg", "pdf"] = "png"
+) -> list[Path]:
+    """Draws the learning curve of a training, also of one under way, and returns the image.
+
+    Args:
+        folder: What `colonysim train push` wrote.
+        out: Where to put the image; by default `plots` in the folder.
+        kind: File format.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ColonysimError: There is nothing to draw, or the image cannot be written.
+    """
+    _need_matplotlib()
+    from colonysim.plots.learning import learning_figure
+
+    path = (Path(folder) / "plots" if out is None else Path(out)) / f"learning.{kind}"
+    _save(learning_figure(Path(folder)), path, kind)
+    return [path]
+
+
+def _need_matplotlib() -> None:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise MissingExtraError(
+            "drawing needs matplotlib, which is not installed: pip install 'colonysim[plot]'"
+        ) from None
 
 
 def _jobs(

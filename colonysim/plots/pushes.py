@@ -1,4 +1,4 @@
-"""Single pushes on flat ground, up a slope and into a hole: the ways of agent and box over the ground (paper 2.5)."""
+"""Single pushes on flat ground, up a slope and into a hole: the ways of agent and box over the ground."""
 
 from __future__ import annotations
 

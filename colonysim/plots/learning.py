@@ -1,0 +1,95 @@
+"""The learning curve of a training: success and reward of its tests."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from colonysim.errors import ColonysimError
+from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+from colonysim.plots.results import WINDOW, running_interval
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+__all__ = ["learning_figure"]
+
+_TERRAINS = {"flat": "#E69F00", "slope": "#009E73", "hole": "#3A3A3A"}
+
+
+def learning_figure(folder: Path) -> Figure:
+    """Success and reward of the tests against the episodes of training before them.
+
+    Args:
+        folder: What `colonysim train push` wrote: `history.json` and, once it has ended, the card of the network.
+
+    Raises:
+        ColonysimError: There is no test yet, or a file cannot be read.
+    """
+    history = _read(folder / "history.json")
+    if not history:
+        raise ColonysimError(f"{folder}: no test of this training is complete, so there is nothing to draw yet")
+    card = _read(folder / "push.json") if (folder / "push.json").exists() else {}
+    episodes = [test["episodes"] for test in history]
+    figure = Figure(figsize=(7.0, 5.4), layout="constrained")
+    figure.suptitle(f"Training of the push · {_about(card)}", fontsize=11, color=INK)
+    above, below = figure.subplots(2, 1, sharex=True)
+    _curve(above, episodes, [test["success"] for test in history], BOX, (0.0, 1.0))
+    for kind, color in _TERRAINS.items():
+        there = [test for test in history if kind in test["by_kind"]]
+        if there:
+            means = [mean for mean, _, _ in running_interval([test["by_kind"][kind] for test in there])]
+            above.plot([test["episodes"] for test in there], means, color=color, linewidth=0.9, label=f"mean on {kind}")
+    _curve(below, episodes, [test["reward"] for test in history], AGENT, None)
+    above.set_ylim(-0.02, 1.02)
+    above.set_ylabel("success of a test", fontsize=8)
+    below.set_ylabel("reward of a test", fontsize=8)
+    below.set_xlabel("training episodes", fontsize=8)
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if card:
+        for axes in (above, below):
+            axes.axvline(
+                card["how"]["peak_episode"], color=INK, linewidth=0.8, linestyle="dotted", label="network that was kept"
+            )
+    figure.legend(
+        handles=above.get_legend_handles_labels()[0], loc="outside lower center", ncols=4, fontsize=7, frameon=False
+    )
+    return figure
+
+
+def _curve(
+    axes: Axes, episodes: list[int], values: list[float], color: str, limits: tuple[float, float] | None
+) -> None:
+    means, lows, highs = zip(*running_interval(values), strict=True)
+    count = min(WINDOW, len(values))
+    if limits is not None:
+        lows = tuple(max(low, limits[0]) for low in lows)
+        highs = tuple(min(high, limits[1]) for high in highs)
+    axes.fill_between(
+        episodes, lows, highs, color=color, alpha=0.2, linewidth=0, label=f"its 95 % interval (t, n = {count})"
+    )
+    axes.plot(episodes, means, color=color, linewidth=1.6, label=f"mean of {count} tests")
+    axes.plot(episodes, values, ".", color=INK, markersize=4, label="test")
+    axes.tick_params(labelsize=8)
+    axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _about(card: dict[str, Any]) -> str:
+    if not card:
+        return "under way, or stopped"
+    how = card["how"]
+    return f"{how['config']['name']} · seed {how['seed']} · {how['config']['test_block']} episodes a test"
+
+
+def _read(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ColonysimError(f"{path}: cannot be read: {error}") from error
