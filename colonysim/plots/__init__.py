@@ -144,9 +144,7 @@ def _jobs(
     return jobs
 
 
-def _push_jobs(
-    run: Run, what: Sequence[str], episodes: Sequence[int] | None
-) -> list[tuple[str, Callable[[], Figure]]]:
+def _push_jobs(run: Run, what: Sequence[str], episodes: Sequence[int] | None) -> list[tuple[str, Callable[[], Figure]]]:
     """The same for a run of single pushes."""
     from colonysim.plots.pushes import chosen_pushes, overlaid_figure, sample_figure
 

@@ -6,6 +6,7 @@ import json
 import signal
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -66,7 +67,7 @@ def test_the_record_tells_what_was_evaluated_and_where_everything_was(recorded: 
             way = [row for row in poses if row["episode"] == push["episode"] and row["body"] == body]
             assert [way[0]["x"], way[0]["y"]] == pytest.approx(number[:2], abs=0.02)
             assert way[-1]["time"] == pytest.approx(result.sim_seconds)
-            gaps = [later["time"] - row["time"] for row, later in zip(way, way[1:], strict=False)]
+            gaps = [later["time"] - row["time"] for row, later in pairwise(way)]
             assert all(gap == pytest.approx(0.1) for gap in gaps[:-1]) and 0 < gaps[-1] < 0.1001
     choosers = set(run.table("controls")["chooser"].to_pylist())
     assert "network" in choosers
