@@ -107,7 +107,8 @@ def test_forbidden_pushes_go_one_way():
     base = world.box_base[0]
     assert not world.can_slide(base, index[3], index[2])
     assert world.can_slide(base, index[3], index[4])
-    assert (index[2], index[3]) not in medium.no_push
+    world.apply(0, Wait(), Outcome("arrived", world.agent_node[0], (BoxPlace(0, index[2]),)))
+    assert world.can_slide(world.box_base[0], index[2], index[3])
     hard = load_scenario("hard")
     pairs = {(hard.topology.ids[i], hard.topology.ids[j]) for i, j in hard.no_push}
     assert pairs == {(3, 2), (25, 24), (17, 16), (16, 18)}
@@ -134,8 +135,15 @@ def test_two_boxes_fill_hole_29_and_a_third_makes_a_hill():
     for box in (1, 3, 2):
         third.apply(agent, Wait(), Outcome("arrived", third.agent_node[agent], (BoxPlace(box, hole),)))
     assert not third.reachable(rim, hole)
+    bases = [third.box_base[box] for box in (1, 3, 2)]
+    assert bases == pytest.approx([4.34, 4.699, 5.058])
     # The hill's topmost box stands on the rim's level: it can be taken away again.
     assert third.graspable(agent, 2, third.surface[rim], rim) and not third.graspable(agent, 3, third.surface[rim], rim)
+    third.apply(agent, Wait(), Outcome("arrived", third.agent_node[agent], (BoxPlace(2, rim),)))
+    assert third.stacks[hole] == [1, 3] and third.reachable(index[9], hole)
+    assert [third.box_base[box] for box in (1, 3)] == pytest.approx(bases[:2]), "what lies below has not moved"
+    third.apply(agent, Wait(), Outcome("arrived", third.agent_node[agent], (BoxPlace(1, rim, True),)))
+    assert third.box_base[3] == pytest.approx(4.34), "a box pulled out from below lets the others sink"
 
 
 def test_reservations_are_all_or_none_edges_included():
