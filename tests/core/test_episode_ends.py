@@ -158,6 +158,13 @@ def test_a_waiting_agent_is_woken_by_what_it_waits_for_and_by_nothing_else():
     assert [n for node, n in asked if node == 1] == [0, 1]
 
 
+def test_whoever_waits_for_the_goal_is_woken_when_it_is_left():
+    policy = Script(lambda agent, view, n: Travel(2) if view.free(2) else Wait((2,)))
+    events, end = result(line(3, goal=2, agents=[1, 2]), policy=policy)
+    assert (end.ended, end.sim_seconds) == ("goal", 1.0)
+    assert [e.kind for e in events if e.agent == 0] == ["start", "wait", "end", "goal"]
+
+
 def test_a_refused_reservation_waits_and_tries_again():
     def act(agent, view, n):
         return Travel(1) if view.node != 1 else Travel(3)
