@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import pytest
 from small_worlds import Script, Scripted, line, place, play
 
@@ -261,6 +263,26 @@ def test_a_refused_push_asks_its_node_to_be_cleared():
     assert asked[:2] == [False, True]
     pushed = next(e for e in events if e.action == "push")
     assert pushed.target == 2 and pushed.began == pytest.approx(2.0), "as soon as the node was free"
+
+
+def test_two_that_ask_each_other_to_make_way_do_not_keep_each_other_awake():
+    policy = Script(lambda agent, view, n: Wait((1 - agent,), 5.0, 1 - agent))
+    scenario = line(4, goal=3, agents=[0, 1], stall_seconds=20)
+    events = list(islice(simulate(scenario, policy=policy, episodes=1), 100))
+    assert (events[-1].kind, events[-1].status) == ("episode", "deadlock")
+    assert len([e for e in events if e.kind == "wait"]) < 15
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_waiting_is_counted_in_edges_and_begins_anew_after_each_action(mode):
+    waited = []
+
+    def act(agent, view, n):
+        waited.append(view.waited)
+        return Travel(view.node + 1) if n in (2, 4) else Wait((), 1.0)
+
+    result(line(3, goal=2, agents=[0]), policy=Script(act), mode=mode)
+    assert waited == pytest.approx([0.0, 1.0, 2.0, 0.0, 1.0])
 
 
 def test_a_mode_that_does_not_exist():
