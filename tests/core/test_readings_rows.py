@@ -397,6 +397,14 @@ def test_the_nearest_box_by_path_is_the_candidate():
     assert choice.boxes[-1] == 0 and choice.intent == Travel(1)
 
 
+def test_a_box_s_way_does_not_lead_through_an_open_hole():
+    from colonysim.policies.paths import way_to_hole
+
+    mind = Mind(line(6, goal=5, agents=[0], holes={2: HOLE, 4: HOLE}, boxes=[(1, 1.0)]))
+    assert way_to_hole(mind.view, 0, 0) == (1.0, 2)
+    assert way_to_hole(mind.view, 0, 1) is None
+
+
 @pytest.mark.parametrize("name", ["colony", "paper", "oracle", "random"])
 def test_every_policy_runs_every_map(name):
     for place_name in ("sanity", "easy", "medium", "hard"):

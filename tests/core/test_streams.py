@@ -54,6 +54,13 @@ def test_one_agent_more_changes_nothing_far_away():
         assert of_agents(few, {0, 1}) == of_agents(more, {0, 1}), policy
 
 
+def test_agents_do_not_share_their_luck():
+    events, _ = play(two_islands([0, 12]), policy="random", episodes=1, seed=3)
+    first = {e.agent: e.time for e in reversed(events) if e.kind == "end"}
+    assert first[0] != first[1]
+    assert all(0.7 <= e.time - e.began <= 1.3 for e in events if e.kind == "end")
+
+
 def test_episodes_draw_from_streams_of_their_own():
     """Ten episodes begin with the same two as two episodes do; each differs from the others."""
     scenario = load_scenario("easy")
