@@ -129,6 +129,8 @@ class Bullet:
         """Travel: the target and the edges that cross the way. Push: also what staging and pushing sweep over."""
         world = self._world
         at = world.agent_node[agent]
+        if not self._is_move(at, intent):
+            return frozenset()
         if isinstance(intent, Push) and world.box_node[intent.box] != intent.node:
             scene = self._open()
             task = self._task(intent.box, intent.node)
@@ -143,7 +145,7 @@ class Bullet:
         """Begins a manoeuvre; its outcome comes from `advance`."""
         world, scene = self._world, self._open()
         at = world.agent_node[agent]
-        if not isinstance(intent, Travel | Push) or intent.node not in world.topology.neighbours[at]:
+        if not isinstance(intent, Travel | Push) or not self._is_move(at, intent):
             return Done(0.0, Outcome("blocked", at, reason="no such move"))
         if not scene.has_robot(agent) or agent in self._actions:
             return Done(0.0, Outcome("blocked", at, reason="no robot" if agent not in self._actions else "busy"))
@@ -158,7 +160,8 @@ class Bullet:
                 return Done(0.0, Outcome("blocked", at, reason="out of reach"))
             manoeuvre = self._drive(agent, self._beside(agent, intent.box), log)
         else:
-            if world.box_node[intent.box] != at or world.top_box(at) != intent.box:
+            base = world.box_base[intent.box]
+            if world.top_box(at) != intent.box or not world.can_slide(base, at, intent.node):
                 return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
             self._pushes += 1
             task = self._task(intent.box, intent.node)
@@ -220,6 +223,12 @@ class Bullet:
         self._free_scene()
 
     # -- manoeuvres ------------------------------------------------------------------------------------------------
+
+    def _is_move(self, at: int, intent: Intent) -> bool:
+        """Whether an intent leads from a node along an edge, and its box, if any, exists."""
+        if not isinstance(intent, Travel | Push) or intent.node not in self._world.topology.neighbours[at]:
+            return False
+        return isinstance(intent, Travel) or 0 <= intent.box < len(self._world.box_node)
 
     def _open(self) -> Scene:
         if self._scene is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from colonysim.physics import BoxSpec, Ground, Pit, Ramp, RobotSpec, Terrain
@@ -74,6 +74,11 @@ def lay_out(scenario: Scenario) -> Layout:
     ways = _ways_to_holes(scenario)
     pits, pit_at = _pits(scenario, physics, places, heights, box_heights, ways, length, z_scale)
     terrain = _terrain(scenario, physics, scale, places, heights, pits)
+    given = physics.get("terrain")
+    if given:
+        if given.get("pits"):
+            pit_at = _pits_of_holes(scenario, places, terrain)
+        heights = _heights_on(scenario, places, terrain, pit_at)
     return Layout(
         terrain,
         places,
@@ -172,6 +177,33 @@ def _pits(
     return pits, pit_at
 
 
+def _pits_of_holes(scenario: Scenario, places: Sequence[tuple[float, float]], terrain: Terrain) -> dict[int, int]:
+    """For each hole's node the given pit around it."""
+    pit_at: dict[int, int] = {}
+    for hole in scenario.holes:
+        x, y = places[hole.node]
+        around = [i for i, pit in enumerate(terrain.pits) if pit.contains(x, y)]
+        if not around:
+            name = scenario.topology.ids[hole.node]
+            raise scenario.fault("physics.terrain.pits", f"no pit at the hole {name} ({x:.2f}, {y:.2f} m)")
+        pit_at[hole.node] = around[0]
+    return pit_at
+
+
+def _heights_on(
+    scenario: Scenario, places: Sequence[tuple[float, float]], terrain: Terrain, pit_at: Mapping[int, int]
+) -> list[float]:
+    """Heights of all nodes on ground that was given: of a hole, of its rim."""
+    heights = []
+    for node, (x, y) in enumerate(places):
+        height = terrain.pits[pit_at[node]].rim if node in pit_at else terrain.height(x, y)
+        if not math.isfinite(height):
+            name = scenario.topology.ids[node]
+            raise scenario.fault("physics.terrain", f"no ground under node {name} ({x:.2f}, {y:.2f} m)")
+        heights.append(height)
+    return heights
+
+
 _Rectangle = tuple[float, float, float, float]
 
 
@@ -206,7 +238,11 @@ def _ramps(
     ramps = []
     for (i, j), rise in sorted(scenario.topology.rises.items()):
         if rise > 0.0:
-            ramps.append(Ramp(*places[i], heights[i], *places[j], heights[j], half_width))
+            ramp = Ramp(*places[i], heights[i], *places[j], heights[j], half_width)
+            c, s = abs(math.cos(ramp.yaw)), abs(math.sin(ramp.yaw))
+            # The level grounds end square to the axes: an oblique ramp's landings have to reach them.
+            askew = 2.0 * half_width * min(c, s) / max(c, s)
+            ramps.append(replace(ramp, landing=max(ramp.landing, askew)))
     return ramps
 
 

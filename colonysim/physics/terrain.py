@@ -102,7 +102,7 @@ class Terrain:
     """All of the fixed ground.
 
     Raises:
-        ValueError: A pit lies on no ground, or too close to another pit to be framed.
+        ValueError: A pit lies on no ground, under a ramp or its landings, or too close to another pit to be framed.
     """
 
     grounds: tuple[Ground, ...]
@@ -113,6 +113,10 @@ class Terrain:
         for pit in self.pits:
             if not any(g.contains(pit.x, pit.y) and abs(g.z - pit.rim) < _LEVEL for g in self.grounds):
                 raise ValueError(f"no ground at the rim height {pit.rim} around the pit at {pit.x}, {pit.y}")
+            half = pit.side / 2
+            corners = [(pit.x + u, pit.y + v) for u in (-half, 0.0, half) for v in (-half, 0.0, half)]
+            if any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in corners):
+                raise ValueError(f"a ramp or its landing lies over the pit at {pit.x:.2f}, {pit.y:.2f}")
         for i, one in enumerate(self.pits):
             for other in self.pits[i + 1 :]:
                 gap = math.hypot(one.x - other.x, one.y - other.y)

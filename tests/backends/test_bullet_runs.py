@@ -1,0 +1,85 @@
+"""Whole episodes with rigid bodies: the same every time, the same checks as any backend, and they can be stopped."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from backends.places import LANE, place
+
+import colonysim
+from colonysim.backends.bullet import Bullet
+from colonysim.simulation import simulate
+from colonysim.trace.reader import Run
+from colonysim.trace.schema import Event
+
+SHORT = {"max_steps": 9}
+HASH = """
+import sys, colonysim
+run = colonysim.run("hard", backend="bullet", seed=int(sys.argv[1]), episodes=1, trace=False,
+                    overrides={"max_steps": 9}, backend_options={"push": sys.argv[2]})
+print(run.trace_sha256)
+"""
+
+
+def short_run(push: str, seed: int = 3) -> tuple[Run, list[Event]]:
+    events: list[Event] = []
+    run = colonysim.run(
+        "hard", backend="bullet", seed=seed, episodes=1, trace=False, overrides=SHORT,
+        backend_options={"push": push}, on_event=lambda event, _: events.append(event),
+    )  # fmt: skip
+    return run, events
+
+
+@pytest.mark.parametrize("push", ["scripted", "staged"])
+def test_the_same_seed_gives_the_same_trace(push: str) -> None:
+    one, events = short_run(push)
+    other, _ = short_run(push)
+    assert any(event.action == "push" and event.status == "arrived" for event in events)
+    assert one.trace_sha256 == other.trace_sha256
+    told = subprocess.run(
+        [sys.executable, "-c", HASH, "3", push], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert told.stdout.split()[-1] == one.trace_sha256
+
+
+def test_another_seed_gives_another_trace() -> None:
+    assert short_run("scripted", 3)[0].trace_sha256 != short_run("scripted", 4)[0].trace_sha256
+
+
+def test_an_episode_depends_on_nothing_before_it() -> None:
+    scenario = place(LANE)
+    backend = Bullet(push="scripted")
+    ends = []
+    for _ in range(2):
+        events = list(simulate(scenario, backend=backend, episodes=1, seed=5))
+        ends.append([(e.time, e.kind, e.node, e.status) for e in events])
+    assert ends[0] == ends[1]
+    assert ends[0][-1][3] == "goal"
+
+
+def test_the_backend_passes_the_conformance_suite() -> None:
+    testing = pytest.importorskip("colonysim.testing")
+    if not hasattr(testing, "check_backend"):
+        pytest.skip("the conformance suite is not there yet")
+    testing.check_backend(lambda: Bullet(push="scripted"), scenarios=[place(LANE, max_steps=8)], episodes=2)
+
+
+def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(tmp_path: Path) -> None:
+    backend = Bullet(push="scripted")
+    told = 0
+
+    def stop(event: Event, run: Run) -> None:
+        nonlocal told
+        told += 1
+        if told == 6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.run(place(LANE), backend=backend, seed=1, out=tmp_path / "run", on_event=stop)
+    assert backend._scene is None
+    run = Run.open(tmp_path / "run")
+    assert run.manifest["status"] == "interrupted"
+    assert len(list(run.events())) >= 5
