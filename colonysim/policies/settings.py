@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass
 
 from colonysim.suggest import nearest
@@ -128,7 +128,7 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool =
             raise scenario.fault(f"policy.{name}", f"no such parameter; {nearest(name, [*names, 'preset'])}")
         values[name] = value
     try:
-        return TypeAdapter(StigmergySettings).validate_python(values)
+        return StigmergySettings(**values)
     except ValidationError as error:
         first = error.errors()[0]
         name = str(first["loc"][0]) if first["loc"] else "policy"

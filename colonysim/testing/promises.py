@@ -1,0 +1,111 @@
+"""What a check says when a promise is broken, and how two runs or two states are compared."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from collections.abc import Iterator, Mapping, Sequence, Set
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import ColonysimError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from colonysim.world.state import World
+
+__all__ = ["ConformanceError", "Recorder", "frozen", "global_randomness", "same_traces", "world_state"]
+
+# Answers that the world keeps so as not to work them out twice; they say nothing about what is.
+_REMEMBERED = frozenset({"_holes_near"})
+
+
+class ConformanceError(ColonysimError):
+    """A policy or a backend breaks one of the promises of its protocol.
+
+    Attributes:
+        promise: Which one, in a word or two ("determinism", "legal outcomes", ...).
+        message: What happened.
+    """
+
+    def __init__(self, promise: str, message: str) -> None:
+        # Both arguments, since SimPy makes a second exception from the first one's.
+        super().__init__(promise, message)
+        self.promise = promise
+        self.message = message
+
+    def __str__(self) -> str:
+        return f"{self.promise}: {self.message}"
+
+
+class Recorder:
+    """A sink that keeps the rows of all tables, without wall-clock time."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[str, tuple[Any, ...]]] = []
+
+    def write(self, table: str, row: tuple[object, ...]) -> None:
+        """Takes one row."""
+        self.rows.append((table, tuple(row[:-1]) if table == "episodes" else tuple(row)))
+
+
+def same_traces(promise: str, what: str, first: Recorder, second: Recorder) -> None:
+    """Compares two runs row by row.
+
+    Raises:
+        ConformanceError: They differ; the message shows the first row that does.
+    """
+    for number, (a, b) in enumerate(zip(first.rows, second.rows, strict=False)):
+        # repr tells 0.0 from -0.0 and calls two NaN the same, as the trace's hash does.
+        if repr(a) != repr(b):
+            episode = f" (episode {a[1][0]})" if a[1] else ""
+            raise ConformanceError(promise, f"{what}: row {number}{episode} was {a} and is now {b}")
+    if len(first.rows) != len(second.rows):
+        raise ConformanceError(promise, f"{what}: there were {len(first.rows)} rows and are now {len(second.rows)}")
+
+
+def frozen(value: Any, depth: int = 12) -> Any:
+    """A value's content as nested tuples, so that a change in place can be seen; objects by their attributes."""
+    if depth == 0 or value is None or isinstance(value, bool | int | float | complex | str | bytes):
+        return repr(value)
+    kind = type(value).__qualname__
+    if isinstance(value, random.Random):
+        return kind, value.getstate()
+    if isinstance(value, Mapping):
+        return kind, tuple((frozen(key, depth - 1), frozen(item, depth - 1)) for key, item in value.items())
+    if isinstance(value, Set):
+        return kind, tuple(sorted(map(repr, value)))
+    if isinstance(value, Sequence):
+        return kind, tuple(frozen(item, depth - 1) for item in value)
+    if dataclasses.is_dataclass(value):
+        fields = [field.name for field in dataclasses.fields(value)]
+        return kind, tuple((name, frozen(getattr(value, name), depth - 1)) for name in fields)
+    tolist = getattr(value, "tolist", None)
+    if callable(tolist):
+        return kind, frozen(tolist(), depth - 1)
+    names = [*getattr(value, "__dict__", ()), *(n for c in type(value).__mro__ for n in getattr(c, "__slots__", ()))]
+    return kind, tuple((name, frozen(getattr(value, name, None), depth - 1)) for name in names) or repr(value)
+
+
+def world_state(world: World) -> dict[str, Any]:
+    """Everything in a world that can change, by attribute."""
+    names = (name for name in type(world).__slots__ if name not in {"scenario", "topology", *_REMEMBERED})
+    # A change to a cache of positions shows in the positions themselves.
+    return {name: repr(getattr(world, name)) for name in names if not name.endswith(("_near", "_cells"))}
+
+
+@contextmanager
+def global_randomness(seed: int) -> Iterator[None]:
+    """Seeds the `random` module's own generator for a while, and puts it back."""
+    before = random.getstate()
+    random.seed(seed)
+    try:
+        yield
+    finally:
+        random.setstate(before)
+
+
+def listed(names: Iterable[object]) -> str:
+    """Names for a message."""
+    return ", ".join(map(str, names)) or "none"
