@@ -305,12 +305,27 @@ def _clip(whole: _Rectangle, ramp: Ramp) -> _Rectangle:
 
 
 def _strip(ramp: Ramp, low: _Rectangle) -> _Rectangle:
-    """What a ramp takes from the level above it, between the low level and the ramp's top."""
+    """What a ramp takes from the level above it, between the low level and the ramp's top.
+
+    No more than lies under the ramp over this whole length: beside an oblique ramp the ground shall leave no gap.
+    """
     a, b, c, d = low
     wedge = _wedge(ramp)
     if abs(math.cos(ramp.yaw)) >= abs(math.sin(ramp.yaw)):
-        return (c, b, ramp.x1 + wedge, d) if ramp.x1 > ramp.x0 else (ramp.x1 - wedge, b, a, d)
-    return (a, d, c, ramp.y1 + wedge) if ramp.y1 > ramp.y0 else (a, ramp.y1 - wedge, c, b)
+        rise, half = math.tan(ramp.yaw), ramp.half_width / abs(math.cos(ramp.yaw))
+        end = ramp.x1 + math.copysign(wedge, ramp.x1 - ramp.x0)
+        sides = (ramp.y0, ramp.y0 + rise * (end - ramp.x0))
+        b, d = max(b, max(sides) - half), min(d, min(sides) + half)
+        strip = (c, b, end, d) if ramp.x1 > ramp.x0 else (end, b, a, d)
+    else:
+        rise, half = 1.0 / math.tan(ramp.yaw), ramp.half_width / abs(math.sin(ramp.yaw))
+        end = ramp.y1 + math.copysign(wedge, ramp.y1 - ramp.y0)
+        sides = (ramp.x0, ramp.x0 + rise * (end - ramp.y0))
+        a, c = max(a, max(sides) - half), min(c, min(sides) + half)
+        strip = (a, d, c, end) if ramp.y1 > ramp.y0 else (a, end, c, b)
+    if strip[2] <= strip[0] or strip[3] <= strip[1]:
+        raise ValueError("a ramp is too long and oblique; give the ground in physics.terrain")
+    return strip
 
 
 def _without(whole: _Rectangle, hollow: _Rectangle) -> list[_Rectangle]:

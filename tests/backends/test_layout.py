@@ -12,7 +12,7 @@ from backends.places import LANE, place, two_levels
 from colonysim.backends.layout import Layout, lay_out
 from colonysim.errors import ScenarioError
 from colonysim.physics import Scene
-from colonysim.push.paths import Surroundings
+from colonysim.push.paths import FreeSpace, Surroundings
 from colonysim.push.staging import MAX_MISMATCH, plan_push, quarter
 from colonysim.push.task import PushTask
 from colonysim.world.loading import load_scenario
@@ -112,6 +112,17 @@ def test_every_push_that_a_map_needs_can_be_staged(name: str, way: tuple[str, ..
                 yaw = task.line  # the bumper straightens it
 
 
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_edge_is_a_straight_way_without_gaps(name: str) -> None:
+    scenario = load_scenario(name)
+    layout = lay_out(scenario)
+    with Scene(layout.terrain, layout.boxes, ()) as scene:
+        space = FreeSpace(scene, Surroundings())
+        for i, others in enumerate(scenario.topology.neighbours):
+            for j in others:
+                assert space.path(layout.places[i], layout.places[j]) == [layout.places[j]]
+
+
 # -- maps of one's own -------------------------------------------------------------------------------------------------
 
 
@@ -128,6 +139,11 @@ def test_a_ramp_joins_two_levels_in_any_direction(turned: float) -> None:
         # Neither steps nor gaps on the way up.
         assert previous is None or 0.0 - 1e-9 <= height - previous < 0.04
         previous = height
+    # A robot may turn on every node and on the ways between them.
+    for node, (x, y) in enumerate(layout.places):
+        for k in range(24):
+            near = layout.terrain.height(x + 0.6 * math.cos(k * math.pi / 12), y + 0.6 * math.sin(k * math.pi / 12))
+            assert near == pytest.approx(layout.heights[node], abs=0.15)
 
 
 @pytest.mark.parametrize("turned", [0.0, math.pi / 2, 0.6])
