@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
-from colonysim.backends.traffic import Traffic
+from colonysim.backends.traffic import Traffic, closing_in
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene, WheelSpeeds
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
@@ -40,6 +40,8 @@ TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
 SETTLE_TICKS = 48
+WATCH_TICKS = 3
+"""Robots look out for others 20 times a second."""
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
@@ -51,11 +53,13 @@ class _Action:
         intent: What it was asked for.
         manoeuvre: Its controls, tick by tick.
         origin: The node where it began.
+        held: Whether its wheels are stopped because another robot is in front of it.
     """
 
     intent: Travel | Push
     manoeuvre: Manoeuvre
     origin: int
+    held: bool = False
 
 
 class Bullet:
@@ -188,7 +192,13 @@ class Bullet:
                 del self._actions[agent]
                 finished.append(Finished(agent, self._outcome(agent, action, end.value)))
                 continue
-            scene.drive(agent, speeds.left, speeds.right)
+            if (self._ticks + agent) % WATCH_TICKS == 0:
+                others = (scene.robot(i) for i in scene.present_robots() if i != agent)
+                action.held = closing_in(scene.robot(agent), speeds, others)
+            if action.held:
+                scene.drive(agent, 0.0, 0.0)
+            else:
+                scene.drive(agent, speeds.left, speeds.right)
         scene.tick()
         self._ticks += 1
         if self._ticks % POSE_TICKS == 0:

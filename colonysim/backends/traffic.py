@@ -1,4 +1,4 @@
-"""What a manoeuvre needs of the place besides its target: the edges it crosses and the nodes it sweeps over."""
+"""What a manoeuvre needs of the place: the edges it crosses, the nodes it sweeps over; and the last resort, to stop."""
 
 from __future__ import annotations
 
@@ -6,18 +6,27 @@ import itertools
 import math
 from typing import TYPE_CHECKING, TypeAlias
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from colonysim.physics import WHEEL_RADIUS
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from colonysim.physics import Pose, WheelSpeeds
     from colonysim.world.state import Place
     from colonysim.world.topology import Topology
 
-__all__ = ["Traffic", "segment_distance"]
+__all__ = ["Traffic", "closing_in", "segment_distance"]
 
 Point: TypeAlias = tuple[float, float]
 
 CLEARANCE = 1.0
 """Two robots whose centres stay this far apart do not touch, whichever way they turn, metres."""
+_TURNING = 0.05
+"""Slower than this a robot turns on the spot, metres per second."""
+_BUMP, _BRAKING = 0.93, 0.15
+"""Robots stop this far apart: metres, and metres for each metre per second."""
+_AHEAD, _ASIDE = 0.3, 0.85
+"""Who stands less far ahead, or further to the side, is passed, metres."""
 
 
 class Traffic:
@@ -63,6 +72,25 @@ class Traffic:
             if any(segment_distance(a, b, self._places[i], self._places[j]) < CLEARANCE for a, b in legs):
                 near.add((i, j))
         return frozenset(near)
+
+
+def closing_in(robot: Pose, speeds: WheelSpeeds, others: Iterable[Pose]) -> bool:
+    """Whether a robot that goes on like this is about to run into another one.
+
+    Reservations keep robots apart that keep to their ways. A network that lines up for a push may back away from
+    them; then this is what stops it, and it chooses again.
+    """
+    speed = (speeds.left + speeds.right) * WHEEL_RADIUS / 2
+    if abs(speed) < _TURNING:
+        return False
+    way = math.copysign(1.0, speed)
+    c, s = way * math.cos(robot.yaw), way * math.sin(robot.yaw)
+    reach = _BUMP + _BRAKING * abs(speed)
+    for other in others:
+        dx, dy = other.x - robot.x, other.y - robot.y
+        if dx * dx + dy * dy < reach * reach and c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE:
+            return True
+    return False
 
 
 def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:

@@ -9,7 +9,8 @@ import pytest
 from backends.places import FORK, LANE, place, started
 
 from colonysim.backends.layout import lay_out
-from colonysim.backends.traffic import CLEARANCE, Traffic, segment_distance
+from colonysim.backends.traffic import CLEARANCE, Traffic, closing_in, segment_distance
+from colonysim.physics import Pose, WheelSpeeds
 from colonysim.push.staging import staging_points
 from colonysim.world.intents import Outcome, Push, Travel, Wait
 from colonysim.world.loading import load_scenario
@@ -112,5 +113,51 @@ def test_lane_has_room_for_its_push() -> None:
     try:
         assert list(backend.feasible(0, 0, [2])) == [1.0]
         assert list(backend.feasible(0, 0, [])) == []
+    finally:
+        backend.close()
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, 2.5, -2.0])
+@pytest.mark.parametrize(
+    ("ahead", "aside", "speed", "stops"),
+    [
+        (0.9, 0.0, 3.0, True),
+        (0.9, 0.0, -3.0, False),
+        (-0.9, 0.3, -3.0, True),
+        (0.9, 0.0, 0.0, False),
+        (0.2, 0.95, 3.0, False),
+        (1.02, 0.0, 7.0, True),
+        (1.02, 0.0, 2.0, False),
+        (0.5, 0.95, 7.0, False),
+    ],
+)
+def test_a_robot_stops_before_it_runs_into_another(
+    yaw: float, ahead: float, aside: float, speed: float, stops: bool
+) -> None:
+    c, s = math.cos(yaw), math.sin(yaw)
+    robot = Pose(3.0, -2.0, 0.0, 0.0, 0.0, yaw)
+    other = Pose(3.0 + c * ahead - s * aside, -2.0 + s * ahead + c * aside, 0.0, 0.0, 0.0, 0.7)
+    far = Pose(9.0, 9.0, 0.0, 0.0, 0.0, 0.0)
+    assert closing_in(robot, WheelSpeeds(speed, speed), [far, other]) == stops
+    assert not closing_in(robot, WheelSpeeds(speed, speed), [far])
+
+
+def test_a_robot_that_backs_towards_another_stops_short_of_it() -> None:
+    backend, _ = started(place(FORK, boxes=[]))
+    try:
+        scene = backend._open()
+        scene.place_robot(1, 0.0, 1.6, 0.0, -math.pi / 2)
+        assert backend.start(0, Travel(5), 0.0) is None
+
+        def forwards():  # type: ignore[no-untyped-def]
+            while True:
+                yield WheelSpeeds(5.0, 5.0)
+
+        scene.place_robot(0, 0.0, 0.0, 0.0, math.pi / 2)
+        backend._actions[0].manoeuvre = forwards()
+        for tick in range(240):
+            backend.advance(tick / 60)
+            assert not scene.robots_touch(0, 1)
+        assert scene.robot(0).y == pytest.approx(0.65, abs=0.15)
     finally:
         backend.close()
