@@ -25,6 +25,10 @@ CLEARANCE = 0.2
 MARGIN = 1.75
 RAMP_HALF_WIDTH = 2.2
 _SAME_LEVEL = 0.02
+_WHEELS = 0.35
+"""The ground must be sound this far beside the middle of a way, metres."""
+_STEP = 0.1
+"""Steps and slopes a robot's wheels climb, metres in a tenth of a metre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,7 @@ def lay_out(scenario: Scenario) -> Layout:
         if given.get("pits"):
             pit_at = _pits_of_holes(scenario, places, terrain)
         heights = _heights_on(scenario, places, terrain, pit_at)
+    _check_ways(scenario, places, heights, terrain)
     return Layout(
         terrain,
         places,
@@ -202,6 +207,40 @@ def _heights_on(
             raise scenario.fault("physics.terrain", f"no ground under node {name} ({x:.2f}, {y:.2f} m)")
         heights.append(height)
     return heights
+
+
+def _check_ways(
+    scenario: Scenario, places: Sequence[tuple[float, float]], heights: Sequence[float], terrain: Terrain
+) -> None:
+    """Whoever may travel an edge on paper must find ground all along it."""
+    topology = scenario.topology
+    for i, others in enumerate(topology.neighbours):
+        for j in others:
+            level = abs(heights[i] - heights[j]) < _SAME_LEVEL
+            if i > j or not (level or (i, j) in topology.rises):
+                continue
+            if not all(_is_smooth(terrain, places[i], places[j], aside) for aside in (-_WHEELS, 0.0, _WHEELS)):
+                names = f"{topology.ids[i]} and {topology.ids[j]}"
+                raise scenario.fault(
+                    "physics", f"the ground between {names} has a gap or a step; give the ground in physics.terrain"
+                )
+
+
+def _is_smooth(terrain: Terrain, start: tuple[float, float], end: tuple[float, float], aside: float) -> bool:
+    away = math.dist(start, end) or 1.0
+    c, s = (end[0] - start[0]) / away, (end[1] - start[1]) / away
+    before: float | None = None
+    for k in range(math.ceil(away / 0.1) + 1):
+        along = min(0.1 * k, away)
+        x, y = start[0] + along * c - aside * s, start[1] + along * s + aside * c
+        if any(pit.contains(x, y) for pit in terrain.pits):
+            before = None
+            continue
+        height = terrain.height(x, y)
+        if not math.isfinite(height) or (before is not None and abs(height - before) > _STEP):
+            return False
+        before = height
+    return True
 
 
 _Rectangle = tuple[float, float, float, float]

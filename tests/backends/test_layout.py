@@ -256,13 +256,33 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
             "physics.terrain",
             "no ground under node 4",
         ),
+        (lambda: two_levels(0.785), "physics", "between 2 and 3 has a gap or a step"),
+        (
+            lambda: place(
+                LANE,
+                physics={
+                    "terrain": TERRAIN
+                    | {
+                        "grounds": [
+                            {"xmin": -4, "ymin": -4, "xmax": 6.5, "ymax": 4, "z": 0},
+                            {"xmin": 7, "ymin": -4, "xmax": 12, "ymax": 4, "z": 0},
+                        ]
+                    }
+                },
+            ),
+            "physics",
+            "between 3 and 4 has a gap",
+        ),
         (
             lambda: place(LANE, physics={"terrain": TERRAIN | {"pits": [{"x": 0.0, "y": 2.0, "depth": 0.25}]}}),
             "physics.terrain.pits",
             "no pit at the hole 2",
         ),
     ],
-    ids=["narrow pit", "close pits", "levels overlap", "pit on no ground", "node on no ground", "hole without a pit"],
+    ids=[
+        "narrow pit", "close pits", "levels overlap", "pit on no ground", "node on no ground", "oblique ramp", "gap",
+        "hole without a pit",
+    ],
 )  # fmt: skip
 def test_what_cannot_be_built_is_answered_with_its_place(scenario: Any, field: str, words: str) -> None:
     with pytest.raises(ScenarioError) as told:
