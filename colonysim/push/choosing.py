@@ -14,13 +14,13 @@ from colonysim.push.state import State
 __all__ = ["BOLTZMANN", "Choose", "Testing", "boltzmann", "constant", "network_chooser"]
 
 BOLTZMANN = 8.0
-"""beta of paper Eq. 10."""
+"""beta of paper Eq. 11."""
 Testing = Literal["greedy", "boltzmann"]
 Choose = Callable[[State], Control]
 
 
 def boltzmann(values: Float, rng: np.random.Generator, beta: float = BOLTZMANN) -> Control:
-    """Paper Eq. 10: a control drawn with probability proportional to exp(beta Q)."""
+    """Paper Eq. 11: a control drawn with probability proportional to exp(beta Q)."""
     weights = np.exp(beta * (values.astype(np.float64) - float(values.max())))
     edges = np.cumsum(weights)
     drawn = int(np.searchsorted(edges, rng.random() * edges[-1], side="right"))

@@ -1,4 +1,4 @@
-"""Double DQN (paper Alg. 1, Eq. 8-9). Needs torch, and is imported by training only."""
+"""Double DQN (paper Alg. 1, Eq. 10). Needs torch, and is imported by training only."""
 
 from collections.abc import Mapping
 from typing import Any

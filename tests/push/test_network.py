@@ -31,7 +31,7 @@ def test_one_state_and_many_states_agree() -> None:
     assert np.allclose(one_by_one, network.values(states), atol=1e-5)
 
 
-def test_boltzmann_is_paper_equation_10() -> None:
+def test_boltzmann_is_paper_equation_11() -> None:
     values = np.array([0.1, 0.3, 0.0, 0.2, 0.25, 0.3, 0.1, 0.05], dtype=np.float32)
     rng = np.random.default_rng(0)
     drawn = np.bincount([boltzmann(values, rng, 8.0) for _ in range(4000)], minlength=CONTROLS) / 4000
