@@ -38,7 +38,7 @@ FORK: dict[str, Any] = {
 """A box where four ways meet, and two agents."""
 
 
-def place(document: dict[str, Any]) -> Scenario:
+def place(document: dict[str, Any], **changes: Any) -> Scenario:
     """A scenario from a document with some of its fields replaced."""
     return scenario_from_document(document | changes)
 
