@@ -29,6 +29,10 @@ def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, in
             at[view.box_node(box)] = box
     if not at:
         return None
+    beside: dict[int, list[tuple[int, float]]] = {}
+    for j in at:
+        for node, length in view.ways(j):
+            beside.setdefault(node, []).append((j, length))
     start = view.node
     queue: list[tuple[float, int, int, int]] = [(0.0, start, -1, -1)]
     done: set[int] = set()
@@ -41,12 +45,12 @@ def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, in
         done.add(node)
         if node == start and start in at and view.graspable_from(start, at[start]):
             return at[start], start
-        for j, length in view.ways(node):
-            step = j if node == start else first
-            if j in at and view.graspable_from(node, at[j]):
-                heapq.heappush(queue, (far + length, j, step, at[j]))
-            if j not in done and (view.passable(j) if node == start else view.reachable(node, j)):
-                heapq.heappush(queue, (far + length, j, step, -1))
+        for j, length in beside.get(node, ()):
+            if view.graspable_from(node, at[j]):
+                heapq.heappush(queue, (far + length, j, j if node == start else first, at[j]))
+        for j, length in view.open_ways(node):
+            if j not in done:
+                heapq.heappush(queue, (far + length, j, j if node == start else first, -1))
     return None
 
 

@@ -87,7 +87,7 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_limit", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours", "node", "radius",
+        "_backend", "_visible", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours", "node", "radius",
         "refused", "waited",
     )  # fmt: skip
 
@@ -96,7 +96,6 @@ class LocalView:
         self._backend = backend
         self.agent = agent
         self.radius = world.scenario.detection_radius
-        self._limit = self.radius * self.radius
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
         self.edge_seconds = 1.0
         self.waited = 0.0
@@ -104,22 +103,24 @@ class LocalView:
         self.failures = 0
         self.node = world.agent_node[agent]
         self.neighbours = world.topology.neighbours[self.node]
+        self._visible: frozenset[int] | None = None
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
         self.node = self._world.agent_node[self.agent]
         self.neighbours = self._world.topology.neighbours[self.node]
+        self._visible = None
 
     # -- the place -------------------------------------------------------------------------------------------------
 
     def sees(self, node: int) -> bool:
         """Whether a node lies within R or next to the agent."""
-        topology = self._world.topology
-        dx, dy = topology.x[node] - topology.x[self.node], topology.y[node] - topology.y[self.node]
-        return dx * dx + dy * dy <= self._limit or node in self.neighbours
+        if self._visible is None:
+            self._visible = self._world.visible(self.node)
+        return node in self._visible
 
     def _look_at(self, node: int) -> None:
-        if not self.sees(node):
+        if node not in (self._visible or self._world.visible(self.node)):
             raise OutOfSightError(f"node {node} is out of sight from node {self.node}")
 
     def position(self, node: int) -> tuple[float, float]:
@@ -146,9 +147,15 @@ class LocalView:
     def ways(self, node: int) -> Sequence[tuple[int, float]]:
         """The neighbours of a visible node that are visible themselves, with the lengths of the edges."""
         self._look_at(node)
-        topology = self._world.topology
-        pairs = zip(topology.neighbours[node], topology.lengths[node], strict=True)
-        return [(j, length) for j, length in pairs if self.sees(j)]
+        seen = self._visible or self._world.visible(self.node)
+        return [(j, length) for j, length, _ in self._world.topology.ways[node] if j in seen]
+
+    def open_ways(self, node: int) -> Sequence[tuple[int, float]]:
+        """Those of `ways` that the surface of the node leads to; of the own node, those the agent could travel."""
+        self._look_at(node)
+        world, seen = self._world, self._visible or self._world.visible(self.node)
+        level = world.level(self.agent) if node == self.node else world.surface[node]
+        return [way for way in world.ways(level, node) if way[0] in seen]
 
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""

@@ -19,6 +19,9 @@ __all__ = ["AgentStatus", "Place", "World"]
 Place: TypeAlias = int | tuple[int, int]
 """What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
 
+# So many nodes' surroundings are remembered; on a large map all of them would take too much memory.
+MOST_VISIBLE = 1024
+
 # Heights are sums of the scenario's numbers: below this they are equal.
 SAME_HEIGHT = 1e-6
 
@@ -62,6 +65,8 @@ class World:
         "_holder_of_edge",
         "_hole_cells",
         "_holes_near",
+        "_node_cells",
+        "_visible",
         "agent_box",
         "agent_from",
         "agent_node",
@@ -77,7 +82,7 @@ class World:
         "stacks",
         "surface",
         "topology",
-    )  # fmt: skip
+    )
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
@@ -89,6 +94,8 @@ class World:
             self.hole_at[hole.node] = key
             self._hole_cells.put(key, hole.node)
         self._holes_near: dict[int, tuple[int, ...]] = {}
+        self._node_cells: Cells | None = None
+        self._visible: dict[int, frozenset[int]] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -148,11 +155,12 @@ class World:
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        occupant, holder, mine = self.occupant, self._holder, (-1, agent)
+        occupant, holder, nobody = self.occupant, self._holder, (-1, agent)
+        surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
         return [
             j
-            for j, _ in self.ways(self.level(agent), self.agent_node[agent])
-            if occupant[j] in mine and holder[j] in mine
+            for j, _, rise in self.topology.ways[self.agent_node[agent]]
+            if -reach < surface[j] - level - rise < reach and occupant[j] in nobody and holder[j] in nobody
         ]
 
     def top_box(self, node: int) -> int:
@@ -207,6 +215,20 @@ class World:
             near = self._holes_near[node] = tuple(self._hole_cells.near(node))
         return near
 
+    def visible(self, node: int) -> frozenset[int]:
+        """The nodes within the detection radius of `node`, and its neighbours."""
+        seen = self._visible.get(node)
+        if seen is None:
+            topology = self.topology
+            if self._node_cells is None:
+                self._node_cells = Cells(self.scenario.detection_radius, topology.x, topology.y)
+                for i in range(len(topology)):
+                    self._node_cells.put(i, i)
+            if len(self._visible) >= MOST_VISIBLE:
+                self._visible.clear()
+            seen = self._visible[node] = frozenset((*self._node_cells.near(node), *topology.neighbours[node]))
+        return seen
+
     def seated(self) -> int:
         """How many boxes lie in a hole."""
         return sum(len(self.stacks.get(hole.node, ())) for hole in self.scenario.holes)
@@ -216,9 +238,10 @@ class World:
     def blockers(self, agent: int, places: Iterable[Place]) -> list[int]:
         """The nodes whose change could free `places` for `agent`; empty if all are free."""
         taken = []
+        occupant, holder, nobody = self.occupant, self._holder, (-1, agent)
         for place in places:
             if isinstance(place, int):
-                if not self.free(agent, place):
+                if occupant[place] not in nobody or holder[place] not in nobody:
                     taken.append(place)
             elif self._holder_of_edge.get(place, -1) not in (-1, agent):
                 taken.extend(place)
@@ -229,8 +252,7 @@ class World:
         places = tuple(places)
         if self.blockers(agent, places):
             return False
-        if self._held[agent]:
-            self._free_held(agent)
+        self._free_held(agent)
         for place in places:
             if isinstance(place, int):
                 self._holder[place] = agent
@@ -245,6 +267,8 @@ class World:
 
     def _free_held(self, agent: int) -> list[int]:
         nodes: list[int] = []
+        if not self._held[agent]:
+            return nodes
         for place in self._held[agent]:
             if isinstance(place, int):
                 self._holder[place] = -1
