@@ -27,6 +27,8 @@ _FINE_GAPS = (0.72, 0.62, 0.52)
 _COARSE_GAPS = (0.92, 0.80, 0.74)
 """Tried one after the other: distances of the robot's centre from the face, metres."""
 _NEGLIGIBLE = 0.06
+_STEP = 0.04
+"""A box slides over no higher step, metres in a tenth of a metre."""
 _PATIENCE = 10.0
 
 
@@ -187,10 +189,15 @@ def _corridor_slack(scene: Scene, box: int, leg: Leg, space: FreeSpace) -> float
     # The box's own half is wider than the robot's disc by little; at its ends it may overhang nodes.
     half = scene.boxes[box].length / 2
     slack = float(space.slack(x, y).min()) - (half - PIT_CLEARANCE)
-    heights = surface(scene.terrain, x, y)
-    if not np.isfinite(heights).all() or float(np.abs(np.diff(heights)).max()) > 0.04:
+    # Neither a step in its middle, nor one that a corner of the box would run against.
+    c, s = math.cos(leg.heading), math.sin(leg.heading)
+    aside = np.array([[0.0], [half], [-half]])
+    heights = surface(scene.terrain, x - aside * s, y + aside * c)
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(heights, axis=1)
+    if not np.isfinite(heights[0]).all() or float(np.abs(steps[0]).max()) > _STEP:
         return -half
-    return slack
+    return -half if float(np.nan_to_num(steps[1:]).max()) > _STEP else slack
 
 
 def stage_part(

@@ -123,6 +123,17 @@ def test_every_edge_is_a_straight_way_without_gaps(name: str) -> None:
                 assert space.path(layout.places[i], layout.places[j]) == [layout.places[j]]
 
 
+def test_a_box_is_not_pushed_where_its_corner_would_run_against_a_step() -> None:
+    # Across the top of hard's ramp, along the edge of the ground beside it.
+    scenario = load_scenario("hard")
+    layout, index = lay_out(scenario), scenario.topology.index
+    start, goal = layout.places[index[17]], layout.places[index[15]]
+    with Scene(layout.terrain, layout.boxes[:1], ()) as scene:
+        scene.place_box(0, *start, layout.heights[index[17]], math.pi / 2)
+        plan = plan_push(scene, 0, PushTask(0, start, goal, "flat", layout.heights[index[15]]), Surroundings())
+    assert (plan.margin < 0.0, plan.reason) == (True, "way of the box blocked")
+
+
 # -- maps of one's own -------------------------------------------------------------------------------------------------
 
 
