@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from backends.places import LANE, place
+from backends.places import LANE, place, two_levels
 
 import colonysim
 from colonysim.backends.bullet import Bullet
@@ -83,3 +84,14 @@ def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(tmp_path: Pa
     run = Run.open(tmp_path / "run")
     assert run.manifest["status"] == "interrupted"
     assert len(list(run.events())) >= 5
+
+
+@pytest.mark.parametrize("turned", [math.pi / 2, 2.2])
+def test_a_box_goes_up_a_ramp_in_any_direction_and_fills_a_hole(turned: float) -> None:
+    climb = two_levels(turned, 3, 5)
+    scenario = place(
+        dict(climb.document), holes=[{"node": 6, "depth": 0.35}], detection_radius=30, max_steps=40, goal=7
+    )
+    events = list(simulate(scenario, backend=Bullet(push="scripted"), episodes=1, seed=1))
+    assert events[-1].status == "goal"
+    assert not [event for event in events if event.kind == "end" and event.status != "arrived"]
