@@ -47,6 +47,11 @@ class BulletEngine:
         self._client: int = p.connect(p.GUI if gui else p.DIRECT)
         if self._client < 0:
             raise RuntimeError("PyBullet gave no connection (with gui=True: is there a display?)")
+        # Called for every robot in every step: looked up once.
+        self._get_pose, self._get_velocity, self._step = (
+            p.getBasePositionAndOrientation, p.getBaseVelocity, p.stepSimulation,
+        )  # fmt: skip
+        self._force, self._torque, self._own_frame = p.applyExternalForce, p.applyExternalTorque, p.LINK_FRAME
         p.resetSimulation(physicsClientId=self._client)
         p.setGravity(0.0, 0.0, -9.81, physicsClientId=self._client)
         p.setPhysicsEngineParameter(
@@ -112,19 +117,18 @@ class BulletEngine:
 
     def pose(self, body: int) -> tuple[Vec3, Quat]:
         """Position and rotation of a body's frame."""
-        found: tuple[Vec3, Quat] = self._p.getBasePositionAndOrientation(body, self._client)
+        found: tuple[Vec3, Quat] = self._get_pose(body, self._client)
         return found
 
     def velocity(self, body: int) -> tuple[Vec3, Vec3]:
         """Linear and angular velocity of a body's frame, in the world's axes."""
-        found: tuple[Vec3, Vec3] = self._p.getBaseVelocity(body, self._client)
+        found: tuple[Vec3, Vec3] = self._get_velocity(body, self._client)
         return found
 
     def push(self, body: int, force: Vec3, at: Vec3, torque: Vec3) -> None:
         """Act on a body during the next step only; everything in the body's own frame."""
-        p = self._p
-        p.applyExternalForce(body, -1, force, at, p.LINK_FRAME, self._client)
-        p.applyExternalTorque(body, -1, torque, p.LINK_FRAME, self._client)
+        self._force(body, -1, force, at, self._own_frame, self._client)
+        self._torque(body, -1, torque, self._own_frame, self._client)
 
     def stands(self, robot: int) -> bool:
         """Whether a wheel of the robot rests on something below it."""
@@ -154,7 +158,7 @@ class BulletEngine:
 
     def step(self) -> None:
         """Advance by one physics step."""
-        self._p.stepSimulation(self._client)
+        self._step(self._client)
 
     def close(self) -> None:
         """Disconnect from PyBullet."""

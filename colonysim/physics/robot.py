@@ -187,6 +187,7 @@ class Traction:
             return
         (vx, vy, vz), (wx, wy, wz) = velocity
         r20, r21 = 2 * (x * z - w * y), 2 * (y * z + w * x)
+        r02, r12 = 2 * (x * z + w * y), 2 * (y * z - w * x)
         left, right = self.left, self.right
         if (
             left == 0.0 == right
@@ -199,10 +200,10 @@ class Traction:
             return
         self.resting = False
         self._slow = vx * vx + vy * vy + wz * wz < _DROWSY
-        self._lift = vx * 2 * (x * z + w * y) + vy * 2 * (y * z - w * x) + vz * r22
+        self._lift = vx * r02 + vy * r12 + vz * r22
         ahead = vx * (1 - 2 * (y * y + z * z)) + vy * 2 * (x * y + w * z) + vz * r20
         aside = vx * 2 * (x * y - w * z) + vy * (1 - 2 * (x * x + z * z)) + vz * r21
-        turning = wx * 2 * (x * z + w * y) + wy * 2 * (y * z - w * x) + wz * r22
+        turning = wx * r02 + wy * r12 + wz * r22
         fx = _SERVO * _MASS * ((left + right) * (WHEEL_RADIUS / 2) - ahead) + _WEIGHT * r20
         fy = -_SERVO * _MASS * aside + _WEIGHT * r21
         most = _GRIP * _WEIGHT * r22
