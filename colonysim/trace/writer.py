@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["TraceWriter"]
 
 #: Rows that become columns at a time: as many as stay in a processor's cache.
-BLOCK = 2048
+BLOCK = 512
 
 
 class TraceWriter:
