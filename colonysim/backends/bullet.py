@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
-from colonysim.backends.traffic import Traffic, closing_in
+from colonysim.backends.traffic import LOOK_TICKS, Traffic, closing_in, ticks_until_close
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene, WheelSpeeds
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
@@ -40,8 +40,6 @@ TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
 SETTLE_TICKS = 48
-WATCH_TICKS = 3
-"""Robots look out for others 20 times a second."""
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
@@ -54,12 +52,14 @@ class _Action:
         manoeuvre: Its controls, tick by tick.
         origin: The node where it began.
         held: Whether its wheels are stopped because another robot is in front of it.
+        look_at: The tick at which it looks out for other robots again.
     """
 
     intent: Travel | Push
     manoeuvre: Manoeuvre
     origin: int
     held: bool = False
+    look_at: int = 0
 
 
 class Bullet:
@@ -192,9 +192,11 @@ class Bullet:
                 del self._actions[agent]
                 finished.append(Finished(agent, self._outcome(agent, action, end.value)))
                 continue
-            if (self._ticks + agent) % WATCH_TICKS == 0:
-                others = (scene.robot(i) for i in scene.present_robots() if i != agent)
-                action.held = closing_in(scene.robot(agent), speeds, others)
+            if self._ticks >= action.look_at and (self._ticks + agent) % LOOK_TICKS == 0:
+                others = [scene.robot(i) for i in scene.present_robots() if i != agent]
+                here = scene.robot(agent)
+                action.held = closing_in(here, speeds, others)
+                action.look_at = self._ticks + ticks_until_close(here, others)
             if action.held:
                 scene.drive(agent, 0.0, 0.0)
             else:

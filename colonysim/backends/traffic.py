@@ -6,7 +6,7 @@ import itertools
 import math
 from typing import TYPE_CHECKING, TypeAlias
 
-from colonysim.physics import WHEEL_RADIUS
+from colonysim.physics import MAX_WHEEL_SPEED, TICK_SECONDS, WHEEL_RADIUS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from colonysim.world.state import Place
     from colonysim.world.topology import Topology
 
-__all__ = ["Traffic", "closing_in", "segment_distance"]
+__all__ = ["LOOK_TICKS", "Traffic", "closing_in", "segment_distance", "ticks_until_close"]
 
 Point: TypeAlias = tuple[float, float]
 
@@ -25,6 +25,10 @@ _TURNING = 0.05
 """Slower than this a robot turns on the spot, metres per second."""
 _BUMP, _BRAKING = 0.93, 0.15
 """Robots stop this far apart: metres, and metres for each metre per second."""
+_FASTEST = MAX_WHEEL_SPEED * WHEEL_RADIUS
+LOOK_TICKS = 3
+"""Near others, robots look out for them 20 times a second."""
+_FAR = 5.0
 _AHEAD, _ASIDE = 0.3, 0.85
 """Who stands less far ahead, or further to the side, is passed, metres."""
 
@@ -91,6 +95,14 @@ def closing_in(robot: Pose, speeds: WheelSpeeds, others: Iterable[Pose]) -> bool
         if dx * dx + dy * dy < reach * reach and c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE:
             return True
     return False
+
+
+def ticks_until_close(robot: Pose, others: Iterable[Pose]) -> int:
+    """For how many ticks no other robot can come near."""
+    nearest = min([math.dist(robot[:2], other[:2]) for other in others], default=math.inf)
+    spare = min(nearest, _FAR) - _BUMP - _BRAKING * _FASTEST
+    # A pose that is no number is looked at in every tick.
+    return int(spare / (2 * _FASTEST * TICK_SECONDS)) if spare > 0.0 else 0
 
 
 def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:

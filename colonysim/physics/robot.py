@@ -63,8 +63,8 @@ def wheel_speeds(forward: float, turn: float) -> WheelSpeeds:
     """
     left = (forward - turn * TRACK / 2) / WHEEL_RADIUS
     right = (forward + turn * TRACK / 2) / WHEEL_RADIUS
-    fastest = max(abs(left), abs(right))
-    if fastest > MAX_WHEEL_SPEED:
+    if abs(left) > MAX_WHEEL_SPEED or abs(right) > MAX_WHEEL_SPEED:
+        fastest = max(abs(left), abs(right))
         left, right = left * MAX_WHEEL_SPEED / fastest, right * MAX_WHEEL_SPEED / fastest
     return WheelSpeeds(left, right)
 

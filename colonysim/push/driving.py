@@ -64,15 +64,24 @@ class Pilot:
         self, control: str, speeds: WheelSpeeds, chooser: Chooser = "script"
     ) -> Generator[WheelSpeeds, None, str | None]:
         """Hold wheel speeds for one tick; returns what ends the manoeuvre, else None."""
+        self.note(control, chooser)
+        yield speeds
+        return self.fault()
+
+    def note(self, control: str, chooser: Chooser = "script") -> None:
+        """A control is held for one more tick."""
         if self._control != (chooser, control):
             self.flush()
             self._control = (chooser, control)
         self._ticks += 1
-        yield speeds
-        if self.scene.time >= self.deadline:
+
+    def fault(self) -> str | None:
+        """What ends the manoeuvre after a tick, else None."""
+        scene = self.scene
+        if scene.time >= self.deadline:
             return "timeout"
-        if self.scene.ticks % _FAULT_TICKS == 0:
-            return self.scene.robot_fault(self.robot)
+        if scene.ticks % _FAULT_TICKS == 0:
+            return scene.robot_fault(self.robot)
         return None
 
     def flush(self) -> None:
@@ -173,7 +182,9 @@ class Pilot:
                 else:
                     forward = min(speed, 2.0 * distance + 0.05) if last else speed
                     speeds = wheel_speeds(forward, max(-1.5, min(1.5, 4.0 * error)))
-                if fault := (yield from self.hold("rotate" if turning else "travel", speeds)):
+                self.note("rotate" if turning else "travel")
+                yield speeds
+                if fault := self.fault():
                     return fault
         return "done"
 

@@ -260,6 +260,7 @@ def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | No
 
     first, last = cell(start), cell(goal)
     price[first] = price[last] = 1.0
+    prices = price.tolist()
     steps = [(dx, dy, math.hypot(dx, dy)) for dx, dy in itertools.product((-1, 0, 1), repeat=2) if (dx, dy) != (0, 0)]
     cost = {first: 0.0}
     came: dict[tuple[int, int], tuple[int, int]] = {}
@@ -272,11 +273,14 @@ def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | No
         if here in done:
             continue
         done.add(here)
+        i, j = here
+        spent = cost[here]
         for dx, dy, length in steps:
-            there = (here[0] + dx, here[1] + dy)
-            if not (0 <= there[0] < columns and 0 <= there[1] < rows):
+            x_there, y_there = i + dx, j + dy
+            if not (0 <= x_there < columns and 0 <= y_there < rows):
                 continue
-            reached = cost[here] + length * float(price[there])
+            reached = spent + length * prices[x_there][y_there]
+            there = (x_there, y_there)
             if reached < cost.get(there, math.inf):
                 cost[there] = reached
                 came[there] = here

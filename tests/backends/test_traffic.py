@@ -9,7 +9,7 @@ import pytest
 from backends.places import FORK, LANE, place, started
 
 from colonysim.backends.layout import lay_out
-from colonysim.backends.traffic import CLEARANCE, Traffic, closing_in, segment_distance
+from colonysim.backends.traffic import CLEARANCE, Traffic, closing_in, segment_distance, ticks_until_close
 from colonysim.physics import Pose, WheelSpeeds
 from colonysim.push.staging import staging_points
 from colonysim.world.intents import Outcome, Push, Travel, Wait
@@ -161,3 +161,14 @@ def test_a_robot_that_backs_towards_another_stops_short_of_it() -> None:
         assert scene.robot(0).y == pytest.approx(0.65, abs=0.15)
     finally:
         backend.close()
+
+
+def test_a_robot_looks_again_before_another_can_have_come_close() -> None:
+    robot = Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for away in (0.8, 1.1, 1.5, 2.5, 4.0, 40.0):
+        ticks = ticks_until_close(robot, [Pose(away, 0.0, 0.0, 0.0, 0.0, 0.0)])
+        # Both at full speed towards each other.
+        left = away - ticks / 60 * 2 * 0.96
+        assert ticks == 0 or left >= 1.05
+    assert ticks_until_close(robot, []) > 0
+    assert ticks_until_close(robot, [Pose(math.nan, 0.0, 0.0, 0.0, 0.0, 0.0)]) == 0
