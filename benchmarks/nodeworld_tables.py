@@ -1,6 +1,7 @@
 """Both presets on all maps in the node world: steps and success, as a Markdown table.
 
 Run with: python benchmarks/nodeworld_tables.py [--seeds 20] [--first-seed 1000] [--episodes 30] [--workers 2]
+       [--set policy.deposit_at_start=false]
 
 Intervals are 95 % by bootstrap over seeds (an episode depends on the episodes before it, seeds do not depend on each
 other). Nothing was tuned on seeds from 1000 on.
@@ -35,6 +36,7 @@ class Job(NamedTuple):
     policy: str
     seed: int
     episodes: int
+    overrides: tuple[str, ...] = ()
 
 
 class Figure(NamedTuple):
@@ -47,7 +49,7 @@ class Figure(NamedTuple):
 
 def play(job: Job) -> list[tuple[int, float]]:
     """Steps and success of each episode."""
-    scenario = load_scenario(job.name, job.variant)
+    scenario = load_scenario(job.name, job.variant, job.overrides)
     results, arrived = [], 0
     for event in simulate(scenario, policy=job.policy, episodes=job.episodes, seed=job.seed):
         if event.kind == "goal":
@@ -71,10 +73,12 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--episodes", type=int, default=30)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE")
     args = parser.parse_args()
+    overrides = tuple(args.set)
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     jobs = [
-        Job(name, variant, policy, seed, args.episodes)
+        Job(name, variant, policy, seed, args.episodes, overrides)
         for (name, variant), policy, seed in product(MAPS, ("colony", "paper"), seeds)
     ]
     with ProcessPoolExecutor(args.workers) as pool:
@@ -83,7 +87,7 @@ def main() -> None:
     print(f"| map | preset | steps, all {args.episodes} | success, all | steps, {late} | success, {late} | the paper |")
     print("|---|---|---|---|---|---|---|")
     for (name, variant), policy in product(MAPS, ("colony", "paper")):
-        mine = [runs[Job(name, variant, policy, seed, args.episodes)] for seed in seeds]
+        mine = [runs[Job(name, variant, policy, seed, args.episodes, overrides)] for seed in seeds]
         cells = []
         for part in (slice(None), slice(LATE - 1, None)):
             steps = bootstrap([statistics.fmean(s for s, _ in run[part]) for run in mine])

@@ -50,6 +50,7 @@ class Distance:
             "zero".
         everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it: global value iteration, a
             yardstick and no local rule.
+        at_start: Whether an agent deposits before its first step too.
 
     Attributes:
         d: Distance of each node; its Euclidean distance to the goal until somebody has been there.
@@ -67,10 +68,12 @@ class Distance:
         rule: Literal["lrta", "literal"] = "lrta",
         unvisited: Literal["straight", "zero"] = "straight",
         everywhere: bool = False,
+        at_start: bool = True,
     ) -> None:
         self._world = world
         self._lrta = rule == "lrta"
         self._everywhere = everywhere
+        self._at_start = at_start
         self._blank = unvisited == "zero"
         self.d_max = d_max
         goal, topology = world.scenario.goal, world.topology
@@ -93,7 +96,7 @@ class Distance:
 
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """Algorithm 2 on the visited node."""
-        if visit.moment == "claim":
+        if visit.moment == "claim" or (visit.moment == "start" and not self._at_start):
             return ()
         node = visit.node
         self._update(node, visit.level)

@@ -26,15 +26,18 @@ class Exploration:
         evaporation: What remains of E after an episode, 0 to 1; None to subtract the smallest E instead, as
             Algorithm 7 prints it.
         on_wait: Whether an agent that waits deposits too.
+        at_start: Whether an agent deposits before its first step too.
     """
 
     name = "E"
     by_box = False
 
-    def __init__(self, world: World, *, evaporation: float | None = 0.5, on_wait: bool = False) -> None:
+    def __init__(
+        self, world: World, *, evaporation: float | None = 0.5, on_wait: bool = False, at_start: bool = True
+    ) -> None:
         self._world = world
         self._keep = evaporation
-        self._on_wait = on_wait
+        self._silent = {"claim"} | ({"wait"} if not on_wait else set()) | ({"start"} if not at_start else set())
         self._size = len(world.topology)
         self._stored: dict[int, float] = {}
         self._scale = 1.0
@@ -50,7 +53,7 @@ class Exploration:
 
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """E grows by 1 at each visit."""
-        if visit.moment == "claim" or (visit.moment == "wait" and not self._on_wait):
+        if visit.moment in self._silent:
             return ()
         node, scale = visit.node, self._scale
         stored = self._stored[node] = self._stored.get(node, 0.0) + 1.0 / scale

@@ -41,6 +41,7 @@ class StigmergySettings:
         box_start: B at first, in units of d_max.
         box_cap: Cap of B in units of d_max; None for none.
         box_credit: Whether B is raised on "enter" or on "leave" of the hole's node.
+        deposit_at_start: Whether D, H and E are deposited at an episode's start, before the first step.
         stack_credit: Whether a crossing credits "all" boxes of a stack or the "top" one.
         exploration_evaporation: What remains of E after an episode; None subtracts the minimum instead.
         exploration_on_wait: Whether waiting deposits E.
@@ -63,6 +64,7 @@ class StigmergySettings:
     distance_rule: Literal["lrta", "literal"] = "lrta"
     unvisited: Literal["straight", "zero"] = "straight"
     updates: Literal["occupied", "everywhere"] = "occupied"
+    deposit_at_start: bool = False
     hole_rule: Literal["max", "min"] = "max"
     hole_evaporation: Share = 0.5
     box_decay: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
@@ -89,6 +91,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "epsilon_decay": 0.95,
         "epsilon_per": "choice",
         "distance_rule": "literal",
+        "deposit_at_start": True,
         "hole_evaporation": 0.0,
         "box_cap": None,
         "box_credit": "enter",

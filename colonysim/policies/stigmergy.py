@@ -64,9 +64,16 @@ class Stigmergy:
         """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry."""
         s = self.settings
         d_max = s.d_max * extent(world) or 1.0
-        everywhere = s.updates == "everywhere"
+        everywhere, at_start = s.updates == "everywhere", s.deposit_at_start
         own: list[Field] = [
-            Distance(world, d_max=d_max, rule=s.distance_rule, unvisited=s.unvisited, everywhere=everywhere),
+            Distance(
+                world,
+                d_max=d_max,
+                rule=s.distance_rule,
+                unvisited=s.unvisited,
+                everywhere=everywhere,
+                at_start=at_start,
+            ),
             BoxWorth(
                 world,
                 start=s.box_start * d_max,
@@ -75,8 +82,12 @@ class Stigmergy:
                 credit=s.box_credit,
                 stack=s.stack_credit,
             ),
-            HoleTrail(world, evaporation=s.hole_evaporation, rule=s.hole_rule, everywhere=everywhere),
-            Exploration(world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait),
+            HoleTrail(
+                world, evaporation=s.hole_evaporation, rule=s.hole_rule, everywhere=everywhere, at_start=at_start
+            ),
+            Exploration(
+                world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait, at_start=at_start
+            ),
         ]
         own += [field_class(name)(world) for name in s.extra_fields]
         return {field.name: field for field in own}

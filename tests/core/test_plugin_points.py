@@ -129,7 +129,7 @@ def test_a_scenario_file_names_a_third_party_s_policy(third_party):
 
 
 def test_an_extra_field_is_carried_along(third_party):
-    scenario = load_scenario("sanity", None, {"policy.extra_fields": [f"{third_party}:Footprints"]})
+    scenario = load_scenario("sanity", None, {"policy.extra_fields": [f"{third_party}:Footprints"], "policy.deposit_at_start": True})
     events, rows = play(scenario, episodes=2, seed=1)
     assert {row[2] for row in rows.tables["deposits"]} >= {"D", "H", "E", "footprints"}
     footprints = {f.node: f.value for f in rows.tables["frames"] if f.field == "footprints" and f.episode == 2}

@@ -245,6 +245,16 @@ def test_exploration_on_wait():
         assert bool(mind.fields["E"].deposit(visit(mind.world, 0, "wait"))) == on_wait
 
 
+def test_deposit_at_start_or_only_after_a_step():
+    scenario = line(4, goal=3, agents=[1], holes={0: HOLE}, detection_radius=1.1)
+    for at_start in (True, False):
+        policy = Stigmergy(scenario, StigmergySettings(deposit_at_start=at_start))
+        _, rows = play(scenario, policy=policy, episodes=1)
+        first = [row for row in rows.tables["deposits"] if row[1] == 0.0]
+        assert sorted((row[2], row[4]) for row in first) == ([("D", 1), ("E", 1), ("H", 1)] if at_start else [])
+        assert {row[2] for row in rows.tables["deposits"] if row[1] > 0.0} >= {"D", "E"}
+
+
 @pytest.mark.parametrize("per", ["choice", "episode"])
 def test_epsilon_decays_per_choice_or_per_episode(per):
     mind = Mind(line(3, goal=2, agents=[1]), epsilon_per=per, epsilon_decay=0.5, epsilon=0.4, epsilon_floor=0.15)
