@@ -129,12 +129,14 @@ def test_a_scenario_file_names_a_third_party_s_policy(third_party):
 
 
 def test_an_extra_field_is_carried_along(third_party):
-    scenario = load_scenario("sanity", None, {"policy.extra_fields": [f"{third_party}:Footprints"], "policy.deposit_at_start": True})
+    as_exploration = {"policy.deposit_at_start": True}
+    extra = {"policy.extra_fields": [f"{third_party}:Footprints"]}
+    scenario = load_scenario("sanity", None, as_exploration | extra)
     events, rows = play(scenario, episodes=2, seed=1)
     assert {row[2] for row in rows.tables["deposits"]} >= {"D", "H", "E", "footprints"}
     footprints = {f.node: f.value for f in rows.tables["frames"] if f.field == "footprints" and f.episode == 2}
     assert footprints == {f.node: f.value for f in rows.tables["frames"] if f.field == "E" and f.episode == 2}
-    assert events == play(load_scenario("sanity"), episodes=2, seed=1)[0], "a field nobody reads changes nothing"
+    assert events == play(load_scenario("sanity", None, as_exploration), episodes=2, seed=1)[0], "a field nobody reads changes nothing"
     assert issubclass(plugins.field_class(f"{third_party}:Footprints"), Exploration)
 
 
