@@ -6,8 +6,6 @@ with it the whole rest of a run; these give the same bits wherever floats follow
 
 from __future__ import annotations
 
-from math import floor, ldexp
-
 __all__ = ["exp", "log"]
 
 LOG2_E = 1.4426950408889634
@@ -21,6 +19,10 @@ C2, C3, C4, C5, C6, C7, C8, C9, C10, C11, C12, C13 = (
     1 / 479001600, 1 / 6227020800,
 )  # fmt: skip
 
+# Powers of 2, the smallest of them subnormal: a product with one of them rounds once.
+DEEPEST = 1074
+POWERS = [2.0**k for k in range(-DEEPEST, 1024)]
+
 
 def exp(x: float) -> float:
     """The number e to the power of x; 0 below -745, infinity above 709."""
@@ -28,11 +30,14 @@ def exp(x: float) -> float:
         return 0.0
     if x > 709.0:
         return float("inf")
-    k = floor(x * LOG2_E + 0.5)
+    t = x * LOG2_E + 0.5
+    k = int(t)
+    if k > t:
+        k -= 1
     r = x - k * LN2_HIGH - k * LN2_LOW
     tail = C8 + r * (C9 + r * (C10 + r * (C11 + r * (C12 + r * C13))))
     p = 1.0 + r * (1.0 + r * (C2 + r * (C3 + r * (C4 + r * (C5 + r * (C6 + r * (C7 + r * tail)))))))
-    return ldexp(p, k)
+    return p * POWERS[k + DEEPEST] if k >= -DEEPEST else 0.5 * p * POWERS[k + 1 + DEEPEST]
 
 
 def log(x: float) -> float:

@@ -9,7 +9,7 @@ from colonysim.backends.protocol import Done
 from colonysim.world.intents import BoxPlace, Outcome, Travel, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from colonysim.backends.protocol import Finished, TraceRow
     from colonysim.randomness import Streams
@@ -55,6 +55,10 @@ class NodeWorld:
     """Answers every action at once with the time it takes; nothing fails that the place allows.
 
     Durations come from the scenario's `timing:`, so that measured ones can be given.
+
+    Attributes:
+        edge_seconds: Simulated seconds of a travelled edge of mean length.
+        jitters: For each agent the stream its durations vary with; empty if they do not.
     """
 
     name = "nodeworld"
@@ -62,6 +66,7 @@ class NodeWorld:
 
     def __init__(self) -> None:
         self.edge_seconds = 1.0
+        self.jitters: list[Callable[[], float]] = []
         self._world: World | None = None
 
     def reset(self, world: World, streams: Streams) -> None:
@@ -71,7 +76,7 @@ class NodeWorld:
         self._timing = timing
         # One stream an agent: with one for all, an agent more would change how long the others take.
         agents = range(len(world.agent_node)) if timing.jitter else ()
-        self._random = [streams.generator(f"timing/{agent}").random for agent in agents]
+        self.jitters = [streams.generator(f"timing/{agent}").random for agent in agents]
         self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
 
     def _seconds(self, agent: int, i: int, j: int, pushed: bool) -> float:
@@ -84,7 +89,7 @@ class NodeWorld:
                 timing.push_fixed + timing.push * length if pushed else timing.travel_fixed + timing.travel * length
             )
         if timing.jitter:
-            return measured * (1.0 + timing.jitter * (2.0 * self._random[agent]() - 1.0))
+            return measured * (1.0 + timing.jitter * (2.0 * self.jitters[agent]() - 1.0))
         return measured
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:

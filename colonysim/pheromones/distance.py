@@ -55,6 +55,10 @@ class Distance:
     Attributes:
         d: Distance of each node; its Euclidean distance to the goal until somebody has been there.
         official: Whether a node's distance was found along a path from the goal.
+        visited: The nodes where somebody has left a mark.
+        straight: The Euclidean distance of each node to the goal.
+        lrta: Whether the rule is "lrta".
+        blank: Whether D of an unvisited node is 0.
     """
 
     name = "D"
@@ -71,21 +75,21 @@ class Distance:
         at_start: bool = True,
     ) -> None:
         self._world = world
-        self._lrta = rule == "lrta"
+        self.lrta = rule == "lrta"
         self._everywhere = everywhere
         self._at_start = at_start
-        self._blank = unvisited == "zero"
+        self.blank = unvisited == "zero"
         self.d_max = d_max
         goal, topology = world.scenario.goal, world.topology
         self._goal = goal
-        self._straight = [topology.distance(i, goal) for i in range(len(topology))]
-        self.d = list(self._straight)
+        self.straight = [topology.distance(i, goal) for i in range(len(topology))]
+        self.d = list(self.straight)
         self.official = [False] * len(topology)
-        self._visited: dict[int, None] = {}
+        self.visited: dict[int, None] = {}
 
     def at(self, node: int, key: int = -1) -> float:
         """D of a node; of an unvisited one, d_max less its Euclidean distance to the goal, or 0."""
-        if self._blank and node not in self._visited:
+        if self.blank and node not in self.visited:
             return 0.0
         value = self.d_max - self.d[node]
         return value if value > 0.0 else 0.0
@@ -115,7 +119,7 @@ class Distance:
         return writes
 
     def _update(self, node: int, level: float) -> None:
-        self._visited[node] = None
+        self.visited[node] = None
         if node == self._goal:
             self.d[node] = 0.0
             self.official[node] = True
@@ -130,22 +134,22 @@ class Distance:
                 best_official = through
         if best_official < UNKNOWN:
             official[node] = True
-        value = best if self._lrta else best_official
-        d[node] = value if value < UNKNOWN else self._straight[node]
+        value = best if self.lrta else best_official
+        d[node] = value if value < UNKNOWN else self.straight[node]
 
     def end_episode(self) -> None:
         """Distances outlive the episode: the place is the same."""
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node in sorted(self._visited)]
+        return [Write(node, -1, self.at(node)) for node in sorted(self.visited)]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over distances; a node whose d is not the straight one, or is that of a path, counts as official."""
         topology = self._world.topology
         for node, _, value in sorted(frame, key=lambda write: -write.value):  # the nearest to the goal first
-            self._visited[node] = None
+            self.visited[node] = None
             far = self.d[node] = self.d_max - value
             ways = zip(topology.neighbours[node], topology.lengths[node], strict=True)
             along_path = any(self.official[j] and abs(self.d[j] + length - far) < 1e-9 for j, length in ways)
-            self.official[node] = node == self._goal or along_path or abs(far - self._straight[node]) > 1e-9
+            self.official[node] = node == self._goal or along_path or abs(far - self.straight[node]) > 1e-9

@@ -27,6 +27,11 @@ class Exploration:
             Algorithm 7 prints it.
         on_wait: Whether an agent that waits deposits too.
         at_start: Whether an agent deposits before its first step too.
+
+    Attributes:
+        stored: For each visited node what E is made of: E = stored * scale - shift.
+        scale: What has evaporated since.
+        shift: What has been subtracted since.
     """
 
     name = "E"
@@ -39,13 +44,13 @@ class Exploration:
         self._keep = evaporation
         self._silent = {"claim"} | ({"wait"} if not on_wait else set()) | ({"start"} if not at_start else set())
         self._size = len(world.topology)
-        self._stored: dict[int, float] = {}
-        self._scale = 1.0
-        self._shift = 0.0
+        self.stored: dict[int, float] = {}
+        self.scale = 1.0
+        self.shift = 0.0
 
     def at(self, node: int, key: int = -1) -> float:
         """E of a node."""
-        return self._stored.get(node, 0.0) * self._scale - self._shift
+        return self.stored.get(node, 0.0) * self.scale - self.shift
 
     def keys(self, node: int) -> Sequence[int]:
         """None: one value a node."""
@@ -55,28 +60,28 @@ class Exploration:
         """E grows by 1 at each visit."""
         if visit.moment in self._silent:
             return ()
-        node, scale = visit.node, self._scale
-        stored = self._stored[node] = self._stored.get(node, 0.0) + 1.0 / scale
-        return (Write(node, -1, stored * scale - self._shift),)
+        node, scale = visit.node, self.scale
+        stored = self.stored[node] = self.stored.get(node, 0.0) + 1.0 / scale
+        return (Write(node, -1, stored * scale - self.shift),)
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""
         if self._keep is None:
-            if len(self._stored) == self._size:
-                self._shift = min(self._stored.values()) * self._scale
+            if len(self.stored) == self._size:
+                self.shift = min(self.stored.values()) * self.scale
         elif self._keep <= 0.0:
-            self._stored.clear()
+            self.stored.clear()
         else:
-            self._scale *= self._keep
-            if self._scale < SMALLEST_SCALE:
-                self._stored = {node: value * self._scale for node, value in self._stored.items()}
-                self._scale = 1.0
+            self.scale *= self._keep
+            if self.scale < SMALLEST_SCALE:
+                self.stored = {node: value * self.scale for node, value in self.stored.items()}
+                self.scale = 1.0
 
     def frame(self) -> Iterable[Write]:
         """E of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node in sorted(self._stored)]
+        return [Write(node, -1, self.at(node)) for node in sorted(self.stored)]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over values."""
         for node, _, value in frame:
-            self._stored[node] = (value + self._shift) / self._scale
+            self.stored[node] = (value + self.shift) / self.scale

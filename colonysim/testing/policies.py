@@ -259,12 +259,12 @@ def _change_what_is_hidden(view: LocalView, stream: random.Random) -> list[str]:
     beyond = [node for node in range(len(world.topology)) if node != view.node and node not in view.neighbours]
     for node in beyond:
         if stream.random() < 0.5:
-            world._holder[node] = stream.randrange(-1, len(world.agent_node))
+            world.node_holder[node] = stream.randrange(-1, len(world.agent_node))
             changes.append(f"reservation of {node}")
         if stream.random() < 0.3:
             world.clear_requests[node] = stream.randrange(len(world.agent_node))
     for edge in [(i, j) for i in beyond for j in world.topology.neighbours[i] if i < j]:
-        world._holder_of_edge[edge] = stream.randrange(len(world.agent_node))
+        world.edge_holder[edge] = stream.randrange(len(world.agent_node))
     for field in view.fields.values():
         changes += _change_marks(view, field._field, stream)
     return changes

@@ -11,8 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.trace.schema import TABLES, VERSION
 
+try:
+    from colonysim.trace.block import Block
+except ImportError:  # it was not compiled
+    Block = None  # type: ignore[assignment, misc]
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, MutableSequence, Sequence
 
     from colonysim.trace.schema import Column, Table
 
@@ -95,27 +100,41 @@ class TableDigest:
         for name in self._columns:
             self.codes[name] = Codes()
 
-    def add(self, rows: Sequence[tuple[object, ...]]) -> dict[str, Packed]:
-        """Takes the table's next rows and returns them as columns.
+    def waiting(self) -> MutableSequence[tuple[object, ...]] | Block:
+        """Where the table's next rows may wait for `add`: a list, or where that was compiled, columns already."""
+        return [] if Block is None else Block(self.table, self._columns, self.codes)
+
+    def add(self, rows: MutableSequence[tuple[object, ...]] | Block) -> dict[str, Packed]:
+        """Takes the table's next rows away from where they waited and returns them as columns.
 
         Raises:
             ValueError: A row has another number of values than the table has columns.
             TypeError: A value does not fit its column.
         """
+        count = len(rows)
+        if Block is not None and isinstance(rows, Block):
+            packed = {name: Packed(self._columns[name], *column) for name, column in rows.take().items()}
+        else:
+            packed = self._turn(rows)
+            rows.clear()
+        for name, part in packed.items():
+            if (self.table, name) not in UNHASHED:
+                self._values[name].update(_little_endian(part.values))
+                if part.sizes is not None:
+                    self._sizes[name].update(_little_endian(part.sizes))
+        self.rows += count
+        return packed
+
+    def _turn(self, rows: Sequence[tuple[object, ...]]) -> dict[str, Packed]:
         columns = list(zip(*rows, strict=True))
         if rows and len(columns) != len(self._columns):
             raise ValueError(f"{self.table}: {len(columns)} values in a row of {len(self._columns)} columns")
         packed: dict[str, Packed] = {}
         for (name, kind), column in zip(self._columns.items(), columns, strict=False):
             try:
-                packed[name] = part = _pack(kind, column, self.codes[name])
+                packed[name] = _pack(kind, column, self.codes[name])
             except TypeError as error:
                 raise TypeError(f"{self.table}.{name}: {error}") from error
-            if (self.table, name) not in UNHASHED:
-                self._values[name].update(_little_endian(part.values))
-                if part.sizes is not None:
-                    self._sizes[name].update(_little_endian(part.sizes))
-        self.rows += len(rows)
         return packed
 
     def digest(self) -> bytes:

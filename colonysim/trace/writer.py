@@ -15,7 +15,7 @@ from colonysim.trace.parts import write_part
 from colonysim.trace.schema import TABLES, EpisodeResult
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, MutableSequence
+    from collections.abc import Collection
     from pathlib import Path
     from types import TracebackType
 
@@ -64,7 +64,7 @@ class TraceWriter:
     ) -> None:
         self.directory = directory
         self.manifest = manifest
-        self._pending: dict[Table, MutableSequence[tuple[object, ...]]] = {}
+        self._pending: dict[Table, Any] = {}
         self._digests: dict[Table, TableDigest] = {}
         self.results: list[EpisodeResult] = []
         self._packed: dict[Table, dict[str, Packed]] = {}
@@ -73,8 +73,8 @@ class TraceWriter:
             if table in drop:
                 self._pending[table] = deque(maxlen=0)  # swallows what it is given
                 continue
-            self._pending[table] = []
-            self._digests[table] = TableDigest(table)
+            digest = self._digests[table] = TableDigest(table)
+            self._pending[table] = digest.waiting()
             self._packed[table] = {}
             self._parts[table] = 0
         self._block = min(BLOCK, rows_per_part)
@@ -115,7 +115,6 @@ class TraceWriter:
             return
         with _Undisturbed():
             columns = self._digests[table].add(rows)
-            rows.clear()
             if self.directory is None:
                 return
             packed = self._packed[table]

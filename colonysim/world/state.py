@@ -56,13 +56,13 @@ class World:
         agent_box: The box whose node each agent shares (behind it), or -1.
         agent_status: What each agent can still do.
         clear_requests: For a node that a carrier asks to be cleared, the agent that asks.
+        node_holder: The agent that has reserved each node, or -1.
+        edge_holder: The agent that has reserved an edge (i, j) with i < j; others are free.
+        reserved: What each agent has reserved.
     """
 
     __slots__ = (
         "_boxes_near",
-        "_held",
-        "_holder",
-        "_holder_of_edge",
         "_hole_cells",
         "_holes_near",
         "_node_cells",
@@ -76,8 +76,11 @@ class World:
         "box_node",
         "box_stray",
         "clear_requests",
+        "edge_holder",
         "hole_at",
+        "node_holder",
         "occupant",
+        "reserved",
         "scenario",
         "stacks",
         "surface",
@@ -104,9 +107,9 @@ class World:
         size = len(topology)
         self.surface = list(topology.z)
         self.occupant = [-1] * size
-        self._holder = [-1] * size
-        self._holder_of_edge: dict[tuple[int, int], int] = {}
-        self._held: list[tuple[Place, ...]] = [()] * len(scenario.agents)
+        self.node_holder = [-1] * size
+        self.edge_holder: dict[tuple[int, int], int] = {}
+        self.reserved: list[tuple[Place, ...]] = [()] * len(scenario.agents)
         self.stacks: dict[int, list[int]] = {}
         self.box_node = [-1] * len(scenario.boxes)
         self.box_base = [0.0] * len(scenario.boxes)
@@ -155,7 +158,7 @@ class World:
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        occupant, holder, nobody = self.occupant, self._holder, (-1, agent)
+        occupant, holder, nobody = self.occupant, self.node_holder, (-1, agent)
         surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
         return [
             j
@@ -198,11 +201,11 @@ class World:
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
-        return self.occupant[node] in (-1, agent) and self._holder[node] in (-1, agent)
+        return self.occupant[node] in (-1, agent) and self.node_holder[node] in (-1, agent)
 
     def holder(self, place: Place) -> int:
         """The agent that has reserved a node or an edge, or -1."""
-        return self._holder[place] if isinstance(place, int) else self._holder_of_edge.get(place, -1)
+        return self.node_holder[place] if isinstance(place, int) else self.edge_holder.get(place, -1)
 
     def boxes_near(self, node: int) -> list[int]:
         """The boxes within the detection radius of `node`, ascending."""
@@ -238,12 +241,12 @@ class World:
     def blockers(self, agent: int, places: Iterable[Place]) -> list[int]:
         """The nodes whose change could free `places` for `agent`; empty if all are free."""
         taken = []
-        occupant, holder, nobody = self.occupant, self._holder, (-1, agent)
+        occupant, holder, nobody = self.occupant, self.node_holder, (-1, agent)
         for place in places:
             if isinstance(place, int):
                 if occupant[place] not in nobody or holder[place] not in nobody:
                     taken.append(place)
-            elif self._holder_of_edge.get(place, -1) not in (-1, agent):
+            elif self.edge_holder.get(place, -1) not in (-1, agent):
                 taken.extend(place)
         return taken
 
@@ -255,10 +258,10 @@ class World:
         self._free_held(agent)
         for place in places:
             if isinstance(place, int):
-                self._holder[place] = agent
+                self.node_holder[place] = agent
             else:
-                self._holder_of_edge[place] = agent
-        self._held[agent] = places
+                self.edge_holder[place] = agent
+        self.reserved[agent] = places
         return True
 
     def release(self, agent: int) -> list[int]:
@@ -267,21 +270,21 @@ class World:
 
     def _free_held(self, agent: int) -> list[int]:
         nodes: list[int] = []
-        if not self._held[agent]:
+        if not self.reserved[agent]:
             return nodes
-        for place in self._held[agent]:
+        for place in self.reserved[agent]:
             if isinstance(place, int):
-                self._holder[place] = -1
+                self.node_holder[place] = -1
                 nodes.append(place)
             else:
-                self._holder_of_edge.pop(place, None)
+                self.edge_holder.pop(place, None)
                 nodes.extend(place)
-        self._held[agent] = ()
+        self.reserved[agent] = ()
         return nodes
 
     def held(self, agent: int) -> tuple[Place, ...]:
         """What `agent` has reserved."""
-        return self._held[agent]
+        return self.reserved[agent]
 
     # -- change ----------------------------------------------------------------------------------------------------
 
@@ -341,8 +344,8 @@ class World:
     def _keep(self, agent: int, nodes: tuple[int, ...]) -> None:
         free = tuple(n for n in nodes if self.free(agent, n))
         for n in free:
-            self._holder[n] = agent
-        self._held[agent] = free
+            self.node_holder[n] = agent
+        self.reserved[agent] = free
 
     def leave(self, agent: int) -> int:
         """Takes an agent that is at the goal out of the world; returns its node."""

@@ -32,13 +32,19 @@ def test_every_test_that_is_named_exists(name):
         assert f"def {function}(" in path.read_text(encoding="utf-8") if function else True, text
 
 
+def source(parts: list[str]) -> Path:
+    """The file of a module or of a package."""
+    folder = ROOT.joinpath(*parts)
+    return folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
+
+
 def test_every_function_that_is_named_exists():
     named = [text for text in quoted("equations.md") if text.startswith("colonysim.")]
     assert len(named) > 25
     for text in named:
         parts = text.split(".")
-        depth = max(n for n in range(1, len(parts) + 1) if (ROOT / Path(*parts[:n])).with_suffix(".py").is_file())
-        module = ROOT / Path(*parts[:depth]).with_suffix(".py")
+        depth = max(n for n in range(1, len(parts) + 1) if source(parts[:n]).is_file())
+        module = source(parts[:depth])
         if ".push." in text:  # its optional parts need not be installed here
             assert re.search(rf"^(class|def) {parts[depth]}\b", module.read_text(encoding="utf-8"), re.M), text
             continue

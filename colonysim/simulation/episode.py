@@ -1,120 +1,37 @@
-"""The discrete-event simulation: the only place that knows SimPy. One process per agent, one clock, one episode."""
+"""One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import simpy
 
-from colonysim.errors import ColonysimError
-from colonysim.pheromones.field import Visit, Write
-from colonysim.plugins import make_backend, make_policy
-from colonysim.policies.view import LocalView
-from colonysim.randomness import Streams
-from colonysim.trace.rows import Rows
+from colonysim.pheromones.field import Visit
+from colonysim.simulation.strides import strides_of
 from colonysim.trace.schema import EpisodeResult
 from colonysim.world.intents import Push, Wait
-from colonysim.world.state import AgentStatus, World
+from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend, Done
     from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Choice, Policy
-    from colonysim.trace.schema import Event, Frame, Sink
+    from colonysim.policies.view import LocalView
+    from colonysim.randomness import Streams
+    from colonysim.simulation.strides import Strides
+    from colonysim.trace.rows import Rows
+    from colonysim.trace.schema import Event
     from colonysim.world.intents import Move, Outcome
-    from colonysim.world.scenario import Scenario
+    from colonysim.world.state import World
 
-__all__ = ["MODES", "simulate"]
+__all__ = ["Episode"]
 
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
 
-MODES = ("asynchronous", "synchronous")
-
-
-def simulate(
-    scenario: Scenario,
-    *,
-    backend: str | Backend = "nodeworld",
-    policy: str | Policy | Callable[[Scenario], Policy] | None = None,
-    mode: str | None = None,
-    episodes: int | None = None,
-    seed: int = 0,
-    sink: Sink | None = None,
-    initial: Mapping[str, Iterable[Frame]] | None = None,
-    decisions: bool = True,
-    backend_options: Mapping[str, Any] | None = None,
-) -> Iterator[Event]:
-    """Runs a colony and yields what happens, as it happens.
-
-    Pheromones and the agents' own memories persist over the episodes, everything else starts anew.
-
-    Args:
-        scenario: The colony.
-        backend: Name of a backend, or one.
-        policy: Name of a policy, a factory, or a policy; the scenario's own if None.
-        mode: "asynchronous" or "synchronous"; the scenario's own if None.
-        episodes: How many; the scenario's own number if None.
-        seed: Together with the scenario it makes the run.
-        sink: Takes the rows of all tables of the trace.
-        initial: Pheromones to start with, by field name: the key frames of another run's episode, as they would
-            have been at the start of its next one.
-        decisions: Whether the sink also gets the decisions.
-        backend_options: Keyword arguments for a backend given by name.
-
-    Yields:
-        Events in the order of simulated time. An "episode" event closes each episode.
-
-    Raises:
-        ColonysimError: Something that the caller asked for does not exist or does not fit.
-    """
-    mode = mode or scenario.mode
-    if mode not in MODES:
-        raise ColonysimError(f"no mode {mode!r}; expected one of {', '.join(MODES)}")
-    chosen = make_policy(policy, scenario)
-    world = World(scenario)
-    fields = chosen.fields(world)
-    if initial:
-        _load_fields(world, fields, initial)
-    body = make_backend(backend, backend_options)
-    streams = Streams(seed)
-    try:
-        memories: list[Any] = [None] * len(scenario.agents)
-        views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
-        for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
-            world.reset()
-            body.reset(world, streams.within(f"episode/{number}"))
-            memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
-            own = streams.within(f"episode/{number}")
-            rows = Rows(number, scenario, sink, decisions)
-            episode = _Episode(number, world, fields, body, chosen, memories, views, own, rows)
-            yield from episode.run(synchronous=mode == "synchronous")
-            for field in fields.values():
-                field.end_episode()
-    finally:
-        body.close()
-
-
-def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str, Iterable[Frame]]) -> None:
-    """Puts another run's key frames into the fields; numbers of the file become indices again."""
-    index = world.topology.index
-    hole_key = {world.topology.ids[hole.node]: key for key, hole in enumerate(world.scenario.holes)}
-    for name, frames in initial.items():
-        field = fields.get(name)
-        if field is None:
-            continue
-        writes = []
-        for frame in frames:
-            node = frame.node if field.by_box else index.get(frame.node, -1)
-            key = hole_key.get(frame.key, -1) if frame.key >= 0 else -1
-            if node < 0 or (frame.key >= 0 and key < 0):
-                raise ColonysimError(f"the other run's {name} speaks of node {frame.node}; this map has no such node")
-            writes.append(Write(node, key, frame.value))
-        field.load(writes)
-        # The frames were taken before the end of their episode did its work.
-        field.end_episode()
+FOREVER = float("inf")
 
 
 def _trigger(event: simpy.Event) -> None:
@@ -122,7 +39,7 @@ def _trigger(event: simpy.Event) -> None:
         event.succeed()
 
 
-class _Episode:
+class Episode:
     """One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
     def __init__(
@@ -157,6 +74,7 @@ class _Episode:
         self.pending: dict[int, simpy.Event] = {}
         self.clock_wanted: simpy.Event | None = None
         self.visit = Visit()
+        self.strides: Strides | None = None
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -173,27 +91,32 @@ class _Episode:
         if synchronous:
             env.process(self._ticks())
         else:
+            self.strides = strides_of(
+                world, self.fields, self.backend, self.policy, self.memories, self.views, self.random, self.steps, rows
+            )
             for agent in range(len(self.views)):
                 env.process(self._agent(agent))
         if self.backend.tick is not None:
             env.process(self._clock(self.backend.tick))
-        ended, now = "", 0.0
         limit = float("inf") if scenario.time_limit is None else scenario.time_limit
-        while not ended:
-            due = env.peek()
-            if len(self.finished) == len(self.views):
-                ended = self._how_it_ended()
-            elif self.stuck or due == float("inf") or due > self.last_outcome + scenario.stall_seconds:
-                ended = "deadlock"
-            elif due > limit:
-                ended, now = "timeout", limit
-            else:
-                # All that a step runs happens at this time; asking the environment each time is slow.
-                self.now = rows.now = now = due
-                env.step()
-            if rows.events:
-                yield from rows.events
-                rows.events.clear()
+        stall, finished, agents, events = scenario.stall_seconds, self.finished, len(self.views), rows.events
+        peek, step, now = env.peek, env.step, 0.0
+        while True:
+            due = peek()
+            if due > limit or due > self.last_outcome + stall or due == FOREVER or self.stuck or len(finished) == agents:
+                break
+            # All that a step runs happens at this time; asking the environment each time is slow.
+            self.now = rows.now = now = due
+            step()
+            if events:
+                yield from events
+                events.clear()
+        if len(finished) == agents:
+            ended = self._how_it_ended()
+        elif self.stuck or due == FOREVER or due > self.last_outcome + stall:
+            ended = "deadlock"
+        else:
+            ended, now = "timeout", limit
         for agent in self.pending:
             self.backend.cancel(agent)
         self.rows.foreign(self.backend.rows())
@@ -222,7 +145,21 @@ class _Episode:
 
     def _agent(self, agent: int) -> Generator[simpy.Event, Any, None]:
         """Look, decide, reserve, act, deposit, until the agent is done."""
-        while not self._done(agent):
+        strides, timeout = self.strides, self.env.timeout
+        while True:
+            if strides is not None:
+                seconds = strides.depart(agent, self.now)
+                if seconds >= 0.0:
+                    yield timeout(seconds)
+                    self.last_outcome = self.now
+                    changed = strides.arrive(agent)
+                    if self.world.clear_requests:
+                        self._withdraw_request(agent)
+                    if self.woken:
+                        self._wake(changed)
+                    continue
+            if self._done(agent):
+                return
             choice = self._decide(agent)
             intent = choice.intent
             if isinstance(intent, Wait):

@@ -1,0 +1,109 @@
+"""The discrete-event simulation: the only place that knows SimPy. One process per agent, one clock, one episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import ColonysimError
+from colonysim.pheromones.field import Write
+from colonysim.plugins import make_backend, make_policy
+from colonysim.policies.view import LocalView
+from colonysim.randomness import Streams
+from colonysim.simulation.episode import Episode
+from colonysim.trace.rows import Rows
+from colonysim.world.state import World
+
+if TYPE_CHECKING:
+    from colonysim.backends.protocol import Backend
+    from colonysim.pheromones.field import Field
+    from colonysim.policies.policy import Policy
+    from colonysim.trace.schema import Event, Frame, Sink
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["MODES", "simulate"]
+
+MODES = ("asynchronous", "synchronous")
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    backend: str | Backend = "nodeworld",
+    policy: str | Policy | Callable[[Scenario], Policy] | None = None,
+    mode: str | None = None,
+    episodes: int | None = None,
+    seed: int = 0,
+    sink: Sink | None = None,
+    initial: Mapping[str, Iterable[Frame]] | None = None,
+    decisions: bool = True,
+    backend_options: Mapping[str, Any] | None = None,
+) -> Iterator[Event]:
+    """Runs a colony and yields what happens, as it happens.
+
+    Pheromones and the agents' own memories persist over the episodes, everything else starts anew.
+
+    Args:
+        scenario: The colony.
+        backend: Name of a backend, or one.
+        policy: Name of a policy, a factory, or a policy; the scenario's own if None.
+        mode: "asynchronous" or "synchronous"; the scenario's own if None.
+        episodes: How many; the scenario's own number if None.
+        seed: Together with the scenario it makes the run.
+        sink: Takes the rows of all tables of the trace.
+        initial: Pheromones to start with, by field name: the key frames of another run's episode, as they would
+            have been at the start of its next one.
+        decisions: Whether the sink also gets the decisions.
+        backend_options: Keyword arguments for a backend given by name.
+
+    Yields:
+        Events in the order of simulated time. An "episode" event closes each episode.
+
+    Raises:
+        ColonysimError: Something that the caller asked for does not exist or does not fit.
+    """
+    mode = mode or scenario.mode
+    if mode not in MODES:
+        raise ColonysimError(f"no mode {mode!r}; expected one of {', '.join(MODES)}")
+    chosen = make_policy(policy, scenario)
+    world = World(scenario)
+    fields = chosen.fields(world)
+    if initial:
+        _load_fields(world, fields, initial)
+    body = make_backend(backend, backend_options)
+    streams = Streams(seed)
+    try:
+        memories: list[Any] = [None] * len(scenario.agents)
+        views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
+        for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
+            world.reset()
+            body.reset(world, streams.within(f"episode/{number}"))
+            memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
+            own = streams.within(f"episode/{number}")
+            rows = Rows(number, scenario, sink, decisions)
+            episode = Episode(number, world, fields, body, chosen, memories, views, own, rows)
+            yield from episode.run(synchronous=mode == "synchronous")
+            for field in fields.values():
+                field.end_episode()
+    finally:
+        body.close()
+
+
+def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str, Iterable[Frame]]) -> None:
+    """Puts another run's key frames into the fields; numbers of the file become indices again."""
+    index = world.topology.index
+    hole_key = {world.topology.ids[hole.node]: key for key, hole in enumerate(world.scenario.holes)}
+    for name, frames in initial.items():
+        field = fields.get(name)
+        if field is None:
+            continue
+        writes = []
+        for frame in frames:
+            node = frame.node if field.by_box else index.get(frame.node, -1)
+            key = hole_key.get(frame.key, -1) if frame.key >= 0 else -1
+            if node < 0 or (frame.key >= 0 and key < 0):
+                raise ColonysimError(f"the other run's {name} speaks of node {frame.node}; this map has no such node")
+            writes.append(Write(node, key, frame.value))
+        field.load(writes)
+        # The frames were taken before the end of their episode did its work.
+        field.end_episode()

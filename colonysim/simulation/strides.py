@@ -1,0 +1,228 @@
+"""Steps of agents that have nothing to do but travel: most of what happens on a large map, told in one breath.
+
+An agent without a box, with none in sight, and that nobody asks to make way, can only choose a neighbour to travel to.
+Its look, decision, reservation, step and deposits are written out here on the flat arrays, without the objects that
+carry them elsewhere. The same rows come out, bit for bit: `tests/core/test_strides.py` compares both.
+
+Installation compiles this file where there is a C compiler (`hatch_build.py`); `strides.pxd` says what its variables
+are then. It runs uncompiled too.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.backends.nodeworld import NodeWorld
+from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail
+from colonysim.pheromones.field import Visit
+from colonysim.policies.choice import sample, softmax
+from colonysim.policies.stigmergy import Stigmergy
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from random import Random
+    from typing import Any
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.pheromones.field import Field
+    from colonysim.policies.policy import Policy
+    from colonysim.policies.settings import StigmergySettings
+    from colonysim.policies.view import LocalView
+    from colonysim.trace.rows import Rows
+    from colonysim.world.state import World
+
+__all__ = ["Strides", "strides_of"]
+
+UNKNOWN = float("inf")
+
+
+def strides_of(
+    world: World,
+    fields: Mapping[str, Field],
+    backend: Backend,
+    policy: Policy,
+    memories: list[Any],
+    views: list[LocalView],
+    random: list[Random],
+    steps: list[int],
+    rows: Rows,
+) -> Strides | None:
+    """The strides of an episode, or None if they would not do what policy, fields or backend say."""
+    if type(policy) is not Stigmergy or type(backend) is not NodeWorld:
+        return None
+    s = policy.settings
+    known = {"D": Distance, "B": BoxWorth, "H": HoleTrail, "E": Exploration}
+    if {name: type(field) for name, field in fields.items()} != known:
+        return None
+    if s.collision != "reservation" or s.epsilon_per != "episode" or s.updates != "occupied":
+        return None
+    return Strides(world, fields, backend, s, memories, views, random, steps, rows)
+
+
+class Strides:
+    """Begins and ends the steps of agents that only travel.
+
+    Args:
+        world: As it is at the start of the episode; its arrays are read and written.
+        fields: D, B, H and E.
+        backend: How long a travel takes.
+        settings: The policy's.
+        memories: What each agent remembers; the list is shared with the episode, as are the following.
+        views: What each agent sees.
+        random: Each agent's stream.
+        steps: Steps each agent has begun.
+        rows: The trace.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        fields: Mapping[str, Field],
+        backend: NodeWorld,
+        settings: StigmergySettings,
+        memories: list[Any],
+        views: list[LocalView],
+        random: list[Random],
+        steps: list[int],
+        rows: Rows,
+    ) -> None:
+        scenario, topology = world.scenario, world.topology
+        self.goal, self.max_steps, self.reach = scenario.goal, scenario.max_steps, scenario.reach
+        self.ways, self.x, self.y = topology.ways, topology.x, topology.y
+        self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
+        self.reserved, self.agent_node, self.agent_from = world.reserved, world.agent_node, world.agent_from
+        self.agent_box, self.box_node, self.clear_requests = world.agent_box, world.box_node, world.clear_requests
+        self.sight = scenario.detection_radius * scenario.detection_radius
+        distance, exploration = fields["D"], fields["E"]
+        assert isinstance(distance, Distance) and isinstance(exploration, Exploration)
+        self.d, self.official, self.visited = distance.d, distance.official, distance.visited
+        self.straight, self.d_max = distance.straight, distance.d_max
+        self.lrta, self.blank = distance.lrta, distance.blank
+        self.stored, self.scale, self.shift = exploration.stored, exploration.scale, exploration.shift
+        # Without boxes B, and without holes H, have nothing to say.
+        self.worth = fields["B"] if scenario.boxes else None
+        self.trail = fields["H"] if scenario.holes else None
+        self.beta = settings.beta
+        timing = scenario.timing
+        self.measured = timing.travels
+        self.fixed, self.pace, self.jitter, self.jitters = (
+            timing.travel_fixed, timing.travel, timing.jitter, backend.jitters
+        )  # fmt: skip
+        self.memories, self.views, self.random, self.steps, self.rows = memories, views, random, steps, rows
+        self.visit = Visit()
+        self.target = [-1] * len(memories)
+        self.began = [0.0] * len(memories)
+
+    def depart(self, agent: int, now: float) -> float:
+        """Lets an agent choose and begin a travel (Algorithm 9 without boxes); returns how long it takes.
+
+        Returns -1 and changes nothing if the agent is done, or if there may be more to decide than where to travel.
+        """
+        node, steps = self.agent_node[agent], self.steps[agent]
+        if node == self.goal or steps >= self.max_steps or self.agent_box[agent] >= 0 or self.reserved[agent]:
+            return -1.0
+        if self.clear_requests and node in self.clear_requests:
+            return -1.0
+        memory = self.memories[agent]
+        if memory.box >= 0 or memory.shunned >= 0 or (self.worth is not None and self.sees_box(node)):
+            return -1.0
+        surface, occupant, holder = self.surface, self.occupant, self.node_holder
+        level, reach = surface[node], self.reach
+        options, lengths = [], []
+        for j, length, rise in self.ways[node]:
+            if -reach < surface[j] - level - rise < reach and occupant[j] == -1 and holder[j] == -1:
+                options.append(j)
+                lengths.append(length)
+        if not options:
+            return -1.0
+        random = self.random[agent]
+        explored = random.random() < memory.epsilon
+        values = [-self.crowding(j) for j in options] if explored else [self.nearness(j) for j in options]
+        chances = softmax(values, self.beta)
+        i = sample(chances, random)
+        target = options[i]
+        self.rows.decision(agent, node, explored, target, options, (-1,) * len(options), tuple(chances))
+        holder[target] = agent
+        self.reserved[agent] = (target,)
+        self.target[agent], self.began[agent] = target, now
+        self.steps[agent] = steps + 1
+        return self.seconds(agent, node, target, lengths[i])
+
+    def sees_box(self, node: int) -> bool:
+        """Whether any box lies within the detection radius of a node."""
+        x, y = self.x[node], self.y[node]
+        for at in self.box_node:
+            dx, dy = self.x[at] - x, self.y[at] - y
+            if dx * dx + dy * dy <= self.sight:
+                return True
+        return False
+
+    def crowding(self, node: int) -> float:
+        """E of a node."""
+        return self.stored.get(node, 0.0) * self.scale - self.shift
+
+    def nearness(self, node: int) -> float:
+        """D of a node."""
+        value = self.d_max - self.d[node]
+        if value <= 0.0 or (self.blank and node not in self.visited):
+            return 0.0
+        return value
+
+    def seconds(self, agent: int, i: int, j: int, length: float) -> float:
+        """How long the travel takes, as the node world has it."""
+        took = self.fixed + self.pace * length
+        if self.measured:
+            took = self.measured.get((i, j), took)
+        if self.jitter:
+            took *= 1.0 + self.jitter * (2.0 * self.jitters[agent]() - 1.0)
+        return took
+
+    def arrive(self, agent: int) -> tuple[int, int]:
+        """Ends the step: the agent is there and deposits; returns the nodes that changed."""
+        origin, node, before = self.agent_node[agent], self.target[agent], self.agent_from[agent]
+        self.node_holder[node] = -1
+        self.reserved[agent] = ()
+        if self.occupant[origin] == agent:
+            self.occupant[origin] = -1
+        self.occupant[node] = agent
+        self.agent_node[agent] = node
+        self.agent_from[agent] = origin
+        view = self.views[agent]
+        view.waited, view.refused, view.failures = 0.0, None, 0
+        self.rows.event(
+            "end", agent, "travel", origin, node, -1, -1, "arrived", "", self.steps[agent], self.began[agent], node
+        )
+        level = self.surface[node]
+        self.update_distance(node, level)
+        rows, worth, trail = self.rows, self.worth, self.trail
+        rows.deposit("D", agent, node, self.nearness(node))
+        if worth is not None or trail is not None:
+            visit = self.visit
+            visit.moment, visit.agent, visit.node, visit.level = "arrive", agent, node, level
+            visit.left, visit.before = origin, before
+            if worth is not None and (writes := worth.deposit(visit)):
+                rows.deposits(worth, agent, writes)
+            if trail is not None and (writes := trail.deposit(visit)):
+                rows.deposits(trail, agent, writes)
+        self.stored[node] = self.stored.get(node, 0.0) + 1.0 / self.scale
+        rows.deposit("E", agent, node, self.crowding(node))
+        return origin, node
+
+    def update_distance(self, node: int, level: float) -> None:
+        """Algorithm 2, as `Distance` does it."""
+        self.visited[node] = None
+        d, official, surface, reach = self.d, self.official, self.surface, self.reach
+        best = best_official = UNKNOWN
+        for j, length, rise in self.ways[node]:
+            if -reach < surface[j] - level - rise < reach:
+                through = d[j] + length
+                if through < best:
+                    best = through
+                if through < best_official and official[j]:
+                    best_official = through
+        if node == self.goal:
+            best = best_official = 0.0
+        if best_official < UNKNOWN:
+            official[node] = True
+        value = best if self.lrta else best_official
+        d[node] = value if value < UNKNOWN else self.straight[node]

@@ -1,0 +1,13 @@
+# The types of writer.py when it is compiled.
+cimport cython
+
+
+cdef class TraceWriter:
+    cdef public object directory, manifest, results
+    cdef dict _pending, _digests, _packed, _parts
+    cdef Py_ssize_t _block, _rows_per_part
+    cdef double _flush_seconds, _begun, _flushed
+    cdef bint _done
+
+    @cython.locals(now=double)
+    cpdef write(self, table, row)

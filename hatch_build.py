@@ -1,0 +1,78 @@
+"""Compiles the hot modules with Cython, where there is a C compiler; without one everything runs as plain Python.
+
+COLONYSIM_COMPILE=0 leaves them uncompiled, COLONYSIM_COMPILE=1 makes it an error if that fails.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+HOT = (
+    "colonysim/exact.py",
+    "colonysim/policies/choice.py",
+    "colonysim/simulation/strides.py",
+    "colonysim/trace/block.pyx",
+    "colonysim/trace/rows.py",
+    "colonysim/trace/writer.py",
+)
+
+DIRECTIVES = {"language_level": 3, "annotation_typing": False}
+
+
+def compile_hot(root: Path, scratch: Path) -> list[Path]:
+    """Compiles `HOT` below `root`; returns the extension modules, each beside its source."""
+    from Cython.Build import cythonize
+    from setuptools import Distribution, Extension
+    from setuptools.command.build_ext import build_ext
+
+    # Contracted multiply-adds round differently, and traces have to be the same everywhere.
+    flags = [] if sys.platform == "win32" else ["-O2", "-ffp-contract=off"]
+    extensions = [
+        Extension(str(Path(name).with_suffix("")).replace(os.sep, "."), [name], extra_compile_args=flags)
+        for name in HOT
+    ]
+    before = Path.cwd()
+    os.chdir(root)
+    try:
+        made = cythonize(extensions, compiler_directives=DIRECTIVES, build_dir=str(scratch), quiet=True)
+        command = build_ext(Distribution({"name": "colonysim", "ext_modules": made}))
+        command.build_lib, command.build_temp = str(scratch / "lib"), str(scratch / "temp")
+        command.ensure_finalized()
+        command.run()
+    finally:
+        os.chdir(before)
+    placed = []
+    for built in sorted((scratch / "lib").rglob("*.*")):
+        target = root / built.relative_to(scratch / "lib")
+        shutil.copy2(built, target)
+        placed.append(target)
+    return placed
+
+
+class CompileHook(BuildHookInterface[Any]):
+    """Hatchling's hook: runs before a wheel, or an editable installation, is put together."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compiles and adds the result to the wheel."""
+        wish = os.environ.get("COLONYSIM_COMPILE", "")
+        if self.target_name != "wheel" or wish == "0":
+            return
+        root = Path(self.root)
+        try:
+            with tempfile.TemporaryDirectory() as scratch:
+                placed = compile_hot(root, Path(scratch))
+        except BaseException as error:  # setuptools ends with SystemExit where there is no compiler
+            if wish == "1" or isinstance(error, KeyboardInterrupt):
+                raise
+            self.app.display_warning(f"colonysim runs as plain Python, its hot modules were not compiled: {error}")
+            return
+        build_data["pure_python"] = False
+        build_data["infer_tag"] = True
+        build_data["artifacts"] += [f"/{path.relative_to(root).as_posix()}" for path in placed]

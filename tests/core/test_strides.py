@@ -1,0 +1,120 @@
+"""Strides against the long way round, and compiled against plain Python: the same traces, bit for bit."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
+
+import pytest
+
+import colonysim
+from colonysim.simulation import episode
+from colonysim.simulation.strides import Strides
+from colonysim.testing.worlds import random_scenario
+
+PACKAGE = Path(colonysim.__file__).parent
+VARIANTS = [
+    {},
+    {"distance_rule": "literal", "exploration_evaporation": None, "epsilon": 0.9, "epsilon_floor": 0.5},
+    {"unvisited": "zero", "beta": 0.5, "deposit_at_start": True, "hole_evaporation": 0.0},
+]
+
+PROGRAM = """
+import colonysim
+from colonysim.simulation import strides
+from colonysim.testing.worlds import random_scenario
+print(strides.__file__)
+for seed in range(200):
+    scenario = random_scenario(seed, max_nodes=40, max_agents=8)
+    print(seed, colonysim.run(scenario, episodes=2, seed=seed, trace=False).trace_sha256)
+print(colonysim.run("hard", episodes=4, seed=3, trace=False).trace_sha256)
+"""
+
+
+def varied(seed: int):
+    """A random world with parameters of its own, small or not so small."""
+    scenario = random_scenario(seed, max_nodes=12 + 28 * (seed % 2), max_agents=8)
+    scenario.parameters.update(VARIANTS[seed % len(VARIANTS)])
+    return scenario
+
+
+def test_200_random_worlds_with_strides_and_without(monkeypatch):
+    with_strides = [colonysim.run(varied(seed), seed=seed, trace=False).trace_sha256 for seed in range(200)]
+    monkeypatch.setattr(episode, "strides_of", lambda *_: None)
+    assert [colonysim.run(varied(seed), seed=seed, trace=False).trace_sha256 for seed in range(200)] == with_strides
+
+
+def test_strides_are_what_a_large_map_consists_of(monkeypatch):
+    taken = []
+
+    class Counted(episode.Episode):
+        def _decide(self, agent):
+            taken.append(agent)
+            return super()._decide(agent)
+
+    monkeypatch.setattr(colonysim.simulation, "Episode", Counted)
+    document = {"name": "grid", "topology": {"kind": "grid", "columns": 12, "rows": 12}, "agents": [0, 7], "goal": 143}
+    run = colonysim.run(colonysim.scenario_from_document(document), episodes=3, seed=1, trace=False)
+    assert len(taken) < 0.05 * run.manifest["rows"]["decisions"]
+
+
+OTHERS = [("mock", "colony"), ("nodeworld", "paper"), ("nodeworld", "oracle"), ("nodeworld", "random")]
+
+
+@pytest.mark.parametrize(("backend", "policy"), OTHERS)
+def test_no_strides_where_they_would_not_do_as_the_policy_or_the_backend_says(backend, policy, monkeypatch):
+    made, original = [], episode.strides_of
+    monkeypatch.setattr(episode, "strides_of", lambda *args: made.append(original(*args)))
+    colonysim.run("easy", backend=backend, policy=policy, episodes=1, trace=False)
+    assert made == [None]
+
+
+def test_a_policy_of_ones_own_is_asked_every_time():
+    from colonysim.policies.stigmergy import Stigmergy
+
+    asked = []
+
+    class Own(Stigmergy):
+        def decide(self, view, memory, random):
+            asked.append(view.agent)
+            return super().decide(view, memory, random)
+
+    scenario = colonysim.load_scenario("easy")
+    run = colonysim.run(scenario, policy=Own(scenario), episodes=1, seed=1, trace=False)
+    assert len(asked) >= run.manifest["rows"]["decisions"]
+
+
+def compiled() -> bool:
+    return not str(sys.modules[Strides.__module__].__file__).endswith(".py")
+
+
+@pytest.mark.skipif(not compiled(), reason="colonysim was installed where there is no C compiler")
+def test_compiled_and_plain_python_on_200_random_worlds(tmp_path):
+    plain, elsewhere = tmp_path / "colonysim", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    shutil.copytree(PACKAGE, plain, ignore=shutil.ignore_patterns("*.so", "*.pyd", "__pycache__"))
+    if not (plain / "scenarios").exists():
+        shutil.copytree(PACKAGE.parent / "scenarios", tmp_path / "scenarios")
+    outputs = []
+    for place in (PACKAGE.parent, tmp_path):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", PROGRAM], cwd=elsewhere,
+            env={**os.environ, "PYTHONPATH": str(place)}, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        outputs.append(done.stdout.splitlines())
+    (first, *hashes), (second, *again) = outputs
+    assert not first.endswith(".py") and second.endswith(".py")
+    assert hashes == again
+
+
+@pytest.mark.skipif(not compiled(), reason="colonysim was installed where there is no C compiler")
+def test_what_is_compiled_is_as_new_as_its_source():
+    for built in PACKAGE.rglob(f"*{EXTENSION_SUFFIXES[0]}"):
+        stem = built.with_name(built.name.split(".")[0])
+        for source in (stem.with_suffix(suffix) for suffix in (".py", ".pyx", ".pxd")):
+            newer = source.exists() and source.stat().st_mtime > built.stat().st_mtime
+            assert not newer, f"{source.name} has changed since it was compiled: pip install -e . again"
