@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from colonysim.intervals import wilson
 from colonysim.physics import BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
-from colonysim.push.evaluation import wilson
 from colonysim.push.executors import Executor
 from colonysim.push.paths import everything_else
 from colonysim.push.seeds import Purpose, episode_rng

@@ -26,8 +26,3 @@ def stacking():
 def test_two_boxes_fill_a_pit_two_deep_and_carry_the_robot(stacking, seed):
     trial = stacking.run_trial(seed)
     assert trial.success, trial
-
-
-def test_wilson_interval(stacking):
-    assert stacking.wilson(100, 100) == pytest.approx((0.963, 1.0), abs=1e-3)
-    assert stacking.wilson(50, 100) == pytest.approx((0.404, 0.596), abs=1e-3)

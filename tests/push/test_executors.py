@@ -8,7 +8,7 @@ import pytest
 
 from colonysim.physics import RobotSpec
 from colonysim.push.chains import Chain, draw_chain, evaluate_chains, play_chain
-from colonysim.push.evaluation import evaluate_push, play_push, wilson
+from colonysim.push.evaluation import evaluate_push, play_push
 from colonysim.push.executors import EXECUTORS, ExecutorName, make_executor
 from colonysim.push.judging import STEP_LIMIT
 from colonysim.push.learned import rl_push
@@ -104,13 +104,6 @@ def test_untrained_weights_in_the_network_s_place_do_not_push() -> None:
 def test_the_step_limit_covers_whatever_an_executor_does() -> None:
     played = play_push(start_of("flat", 0, "coarse"), make_executor("rl", chooser="random-weights"), seed=5)
     assert played.seconds * 60 <= STEP_LIMIT["flat"] * 50 + 1
-
-
-@pytest.mark.parametrize(
-    ("wins", "trials", "low", "high"), [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (190, 200, 0.9104, 0.9726)]
-)
-def test_wilson_intervals(wins: int, trials: int, low: float, high: float) -> None:
-    assert wilson(wins, trials) == pytest.approx((low, high), abs=1e-4)
 
 
 def test_chains_turn_by_the_angles_asked_for() -> None:
