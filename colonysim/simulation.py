@@ -122,6 +122,11 @@ def _trigger(event: simpy.Event) -> None:
         event.succeed()
 
 
+def _raise_as_it_was(process: Any) -> None:
+    if not process.ok:
+        raise process.value
+
+
 class _Episode:
     """One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
@@ -171,12 +176,12 @@ class _Episode:
             rows.event("start", agent, node=node)
             self._deposit("start", agent)
         if synchronous:
-            env.process(self._ticks())
+            self._begin(self._ticks())
         else:
             for agent in range(len(self.views)):
-                env.process(self._agent(agent))
+                self._begin(self._agent(agent))
         if self.backend.tick is not None:
-            env.process(self._clock(self.backend.tick))
+            self._begin(self._clock(self.backend.tick))
         ended, now = "", 0.0
         limit = float("inf") if scenario.time_limit is None else scenario.time_limit
         while not ended:
@@ -198,6 +203,10 @@ class _Episode:
             self.backend.cancel(agent)
         self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
+
+    def _begin(self, steps: Generator[simpy.Event, Any, None]) -> None:
+        """Starts a process; what it raises reaches the caller itself, where SimPy would build another one like it."""
+        self.env.process(steps).callbacks.append(_raise_as_it_was)
 
     def _how_it_ended(self) -> str:
         states = set(self.world.agent_status)
