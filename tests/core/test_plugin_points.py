@@ -12,7 +12,7 @@ from small_worlds import line, play
 import colonysim
 from colonysim import load_scenario, plugins, simulate
 from colonysim.backends.nodeworld import NodeWorld
-from colonysim.errors import ColonysimError, MissingExtraError, PluginError
+from colonysim.errors import ColonysimError, MissingExtraError, PluginError, ScenarioError
 from colonysim.pheromones import Exploration, Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.policy import Choice
@@ -43,6 +43,10 @@ class East:
 
 class Footprints(Exploration):
     name = "footprints"
+
+
+class Ours(Exploration):
+    name = "D"
 
 
 class Nested:
@@ -153,6 +157,13 @@ def test_unknown_names_are_answered_with_the_nearest():
         make_backend("x")
     with pytest.raises(PluginError, match="no field 'scent'"):
         play(load_scenario("sanity", None, {"policy.extra_fields": ["scent"]}))
+
+
+def test_an_extra_field_takes_no_other_field_s_place(third_party):
+    for extra, name in ((["Ours"], "D"), (["Footprints", "Footprints"], "footprints")):
+        scenario = load_scenario("sanity", None, {"policy.extra_fields": [f"{third_party}:{each}" for each in extra]})
+        with pytest.raises(ScenarioError, match=f"policy.extra_fields.*: there is a field '{name}' already"):
+            play(scenario)
     with pytest.raises(ColonysimError, match="backend 'nodeworld' does not take these options"):
         make_backend("nodeworld", {"speed": 3})
 
