@@ -6,7 +6,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, TraceError
 from colonysim.plugins import make_backend, make_policy
 from colonysim.simulation import MODES, simulate
 from colonysim.suggest import nearest
@@ -134,6 +134,9 @@ def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | No
     if initial is None:
         return None
     fields: dict[str, list[Frame]] = {}
-    for frame in (initial if isinstance(initial, Run) else Run.open(initial)).frames():
+    run = initial if isinstance(initial, Run) else Run.open(initial)
+    for frame in run.frames():
         fields.setdefault(frame.field, []).append(frame)
+    if not fields:
+        raise TraceError(f"{run.path}: this run left no pheromones to start with (policy {run.manifest['policy']!r})")
     return fields
