@@ -100,9 +100,9 @@ def _table(scene: Scene, robot: int, task: PushTask, state: State) -> str:
     verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
     if verdict is None:
         return scene.box_fault(task.box) or ""
-    if verdict == "success" and task.pit is not None:
+    if task.pit is not None:
         deep = scene.terrain.pits[task.pit].depth > 1.5 * scene.boxes[task.box].height
-        # The paper's pits are one box deep; in a deeper one its condition holds while the box still leans.
+        # The paper's pits are one box deep; in a deeper one its conditions hold while the box still leans.
         if deep and not _lies(scene, task) and not _pressed(scene, robot, task):
             return ""
     return "done" if verdict == "success" else "failure"
