@@ -442,13 +442,25 @@ class _Episode:
 
     def _clock(self, tick: float) -> Generator[simpy.Event, Any, None]:
         """Advances the backend while an action is pending; sleeps otherwise."""
+        env, advance, scenario = self.env, self.backend.advance, self.world.scenario
+        limit, stall = scenario.time_limit or float("inf"), scenario.stall_seconds
         while True:
             if not self.pending:
-                self.clock_wanted = self.env.event()
+                self.clock_wanted = env.event()
                 yield self.clock_wanted
                 self.clock_wanted = None
-            yield self.env.timeout(tick)
-            for agent, outcome in self.backend.advance(self.env.now):
+            yield env.timeout(tick)
+            began = now = env.now
+            finished = advance(now)
+            # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
+            # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
+            due, last = env.peek(), min(2 * began, limit, self.last_outcome + stall)
+            while not finished and now + tick < due and now + tick <= last:
+                now += tick
+                finished = advance(now)
+            if now > began:
+                yield env.timeout(now - began)
+            for agent, outcome in finished:
                 event = self.pending.pop(agent, None)
                 if event is not None:
                     event.succeed(outcome)
