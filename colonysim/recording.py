@@ -10,7 +10,7 @@ from colonysim.errors import ColonysimError, TraceError
 from colonysim.plugins import make_backend, make_policy
 from colonysim.simulation import MODES, simulate
 from colonysim.suggest import nearest
-from colonysim.trace.manifest import build_manifest, prepare_directory
+from colonysim.trace.manifest import begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 from colonysim.world.loading import load_scenario
@@ -87,8 +87,9 @@ def run(
     body = make_backend(backend, backend_options)
     count = scenario.episodes if episodes is None else episodes
     start = _pheromones(initial)
-    manifest = build_manifest(
-        scenario,
+    manifest = begin_manifest(
+        scenario.name,
+        scenario=scenario,
         backend=backend if isinstance(backend, str) else type(backend).__name__,
         policy=policy if isinstance(policy, str) else getattr(chosen, "name", type(chosen).__name__),
         mode=mode or scenario.mode,
