@@ -9,7 +9,7 @@ from colonysim.push.choosing import Choose
 from colonysim.push.driving import STAGING_SPEED, Part, Pilot
 from colonysim.push.learned import StagedSettings, leg_task, push_in_legs
 from colonysim.push.paths import FreeSpace, Obstacles, Point, Surroundings
-from colonysim.push.staging import Leg, legs_for
+from colonysim.push.staging import Leg, planned_legs
 from colonysim.push.state import State, observe
 from colonysim.push.task import Log, Manoeuvre, PushTask, ignore
 
@@ -39,9 +39,7 @@ def chance_of_push(
         around: What to stay away from, besides the box itself.
         threshold: If the robot has this chance where it is, other places are not looked at.
     """
-    legs = legs_for(scene.box(task.box), task, None if task.pit is None else scene.terrain.pits[task.pit])
-    if not legs:
-        return 0.0
+    legs = planned_legs(scene, task, around)
     part = leg_task(scene, task, legs[0])
     here = gate(observe(scene.robot(robot), scene.box(task.box), part))
     if here >= threshold:
@@ -90,7 +88,7 @@ def gated_push(
             return "done"
         return (yield from _to_likely_place(pilot, part, gate, threshold, obstacles))
 
-    return push_in_legs(Pilot(scene, robot, log, settings.limit), task, approach, choose, settings)
+    return push_in_legs(Pilot(scene, robot, log, settings.limit), task, obstacles, approach, choose, settings)
 
 
 def _to_likely_place(pilot: Pilot, part: PushTask, gate: Gate, threshold: float, obstacles: Obstacles) -> Part:

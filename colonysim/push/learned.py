@@ -11,7 +11,7 @@ from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
 from colonysim.push.scripted import OVERRUN
-from colonysim.push.staging import Leg, face_for, in_place, legs_for, stage_part
+from colonysim.push.staging import Leg, face_for, in_place, planned_legs, stage_part
 from colonysim.push.state import State, fold, observe
 from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
@@ -134,7 +134,7 @@ def staged_push(
         settings: Limits.
 
     Returns:
-        A manoeuvre. Its reason is `"done"`; `"box stray"`, `"box askew to the pit"`, `"no staging pose"`,
+        A manoeuvre. Its reason is `"done"`; `"box stray"`, `"no staging pose"`,
         `"blocked"`, `"timeout"`; why the last try was given up: `"off_line"`, `"off_line_at_edge"`,
         `"past_goal"`, `"off_node"`, `"robot_far"`, `"slow"`, `"not seated"`; or a fault of the robot.
     """
@@ -145,17 +145,23 @@ def staged_push(
             return "done"
         return (yield from stage_part(pilot, task.box, leg.heading, obstacles, coarse=True))
 
-    return push_in_legs(Pilot(scene, robot, log, settings.limit), task, approach, choose, settings)
+    return push_in_legs(Pilot(scene, robot, log, settings.limit), task, obstacles, approach, choose, settings)
 
 
 def push_in_legs(
-    pilot: Pilot, task: PushTask, approach: Approach, choose: Choose, settings: StagedSettings
+    pilot: Pilot,
+    task: PushTask,
+    obstacles: Obstacles,
+    approach: Approach,
+    choose: Choose,
+    settings: StagedSettings,
 ) -> Manoeuvre:
     """Push a box leg by leg, each approached and then left to the network, until it is there or tries run out.
 
     Args:
         pilot: The robot.
         task: The push.
+        obstacles: What to stay away from, besides the box itself.
         approach: Brings the robot to where the network takes over.
         choose: Chooses the controls of the network's part.
         settings: Limits.
@@ -172,10 +178,7 @@ def push_in_legs(
                 reason = end or reason
                 break
             pit = None if task.pit is None else scene.terrain.pits[task.pit]
-            legs = legs_for(scene.box(task.box), task, pit)
-            if not legs:
-                reason = "box askew to the pit"
-                break
+            legs = planned_legs(scene, task, obstacles())
             tries += 1
             reason = yield from approach(pilot, legs[0])
             if reason in _NO_WAY and _ended(scene, task, settings.accepted) == "done":

@@ -27,6 +27,8 @@ _FINE_GAPS = (0.72, 0.62, 0.52)
 _COARSE_GAPS = (0.92, 0.80, 0.74)
 """Tried one after the other: distances of the robot's centre from the face, metres."""
 _NEGLIGIBLE = 0.06
+_RUN_UP = 1.25
+"""A box this far from a pit's centre does not overhang its edge yet, metres."""
 _STEP = 0.04
 """A box slides over no higher step, metres in a tenth of a metre."""
 _PATIENCE = 10.0
@@ -73,7 +75,7 @@ class PushPlan:
     """A push that has been thought through.
 
     Attributes:
-        legs: Straight parts, in order; empty when there is nothing to push or no way to push it.
+        legs: Straight parts, in order.
         margin: Least slack of all staging poses and of the legs' corridor, metres; negative: not feasible.
         reason: `"ok"`, or what is in the way.
     """
@@ -94,7 +96,7 @@ def face_for(box: Pose, direction: float) -> Face:
     return Face(wrap(direction - mismatch), mismatch)
 
 
-def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
+def legs_for(box: Pose, task: PushTask, pit: Pit | None, larger_first: bool = False) -> tuple[Leg, ...]:
     """Split a push into straight legs along which the box need not be turned.
 
     The box goes straight where its face is square to the way, give or take what straightens itself. Other
@@ -105,9 +107,10 @@ def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
         box: Where the box is now.
         task: The push.
         pit: The task's pit.
+        larger_first: Split the other way round; not before a pit that the box would then start too close to.
 
     Returns:
-        One or two legs; none when a box and a pit stand too askew for the box to drop in.
+        One or two legs.
     """
     here, goal = (box.x, box.y), task.goal
     dx, dy = goal[0] - here[0], goal[1] - here[1]
@@ -122,17 +125,16 @@ def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
             return (Leg((goal[0] - math.cos(line), goal[1] - math.sin(line)), goal, True),)
         towards = abs(quarter(direction - pit.yaw)) <= _PIT_MISMATCH
         askew = abs(quarter(box.yaw - pit.yaw)) > MAX_MISMATCH
+        # An askew box turns at the bumper while it is pushed, straight on or round a corner; that may take more tries.
         if towards and (square or askew):
-            # An askew box turns at the bumper while it is pushed; that may take a second try.
             return (Leg(here, goal, True),)
-        if askew:
-            return ()
         axes = pit.yaw
     elif square:
         return (Leg(here, goal, False),)
     c, s = math.cos(axes), math.sin(axes)
     along, aside = c * dx + s * dy, -s * dx + c * dy
-    if abs(along) < abs(aside):
+    swapped = larger_first and (pit is None or min(abs(along), abs(aside)) >= _RUN_UP)
+    if (abs(along) < abs(aside)) != swapped:
         corner = (here[0] + c * along, here[1] + s * along)
     else:
         corner = (here[0] - s * aside, here[1] + c * aside)
@@ -153,7 +155,8 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
     """Whether a push is feasible geometrically, with its margin.
 
     Looks at the staging pose of every leg and at the corridor that box and robot sweep. Whether the robot
-    can reach the staging pose from where it is now is not looked at.
+    can reach the staging pose from where it is now is not looked at. A way that is split in two is split so that
+    both legs can be staged, if there is such a split.
 
     Args:
         scene: The scene; the box's pose is read from it.
@@ -163,8 +166,21 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
     """
     pit = None if task.pit is None else scene.terrain.pits[task.pit]
     legs = legs_for(scene.box(box), task, pit)
-    if not legs:
-        return PushPlan((), -1.0, "box askew to the pit")
+    plan = _with_margin(scene, box, task, legs, around)
+    if plan.margin >= 0.0 or len(legs) == 1:
+        return plan
+    other = _with_margin(scene, box, task, legs_for(scene.box(box), task, pit, larger_first=True), around)
+    return max(plan, other, key=lambda p: p.margin)
+
+
+def planned_legs(scene: Scene, task: PushTask, around: Surroundings) -> tuple[Leg, ...]:
+    """The legs of a push from where its box is now, in the order of its plan; robots move on and are not looked at."""
+    pit = None if task.pit is None else scene.terrain.pits[task.pit]
+    legs = legs_for(scene.box(task.box), task, pit)
+    return legs if len(legs) < 2 else plan_push(scene, task.box, task, replace(around, robots=())).legs
+
+
+def _with_margin(scene: Scene, box: int, task: PushTask, legs: tuple[Leg, ...], around: Surroundings) -> PushPlan:
     others = replace(around, boxes=tuple(i for i in around.boxes if i != box))
     pits = tuple(i for i in around.open_pits if i != task.pit)
     space = FreeSpace(scene, others)
