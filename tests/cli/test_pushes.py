@@ -148,6 +148,7 @@ def test_the_classifier_is_trained_from_the_command_line(tmp_path: Path) -> None
         ("actions.more=3", "no parts"),
         ("actions=null", "would never end"),
         ("train_block=0", "at least 1"),
+        ("update_every=0", "at least 1"),
         ("actions", "KEY=VALUE"),
     ],
 )
