@@ -9,7 +9,7 @@ from colonysim.push.choosing import Choose
 from colonysim.push.driving import STAGING_SPEED, Part, Pilot
 from colonysim.push.learned import StagedSettings, leg_task, push_in_legs
 from colonysim.push.paths import FreeSpace, Obstacles, Point, Surroundings
-from colonysim.push.staging import Leg, planned_legs
+from colonysim.push.staging import Leg, first_legs
 from colonysim.push.state import State, observe
 from colonysim.push.task import Log, Manoeuvre, PushTask, ignore
 
@@ -39,12 +39,14 @@ def chance_of_push(
         around: What to stay away from, besides the box itself.
         threshold: If the robot has this chance where it is, other places are not looked at.
     """
-    legs = planned_legs(scene, task, around)
-    part = leg_task(scene, task, legs[0])
-    here = gate(observe(scene.robot(robot), scene.box(task.box), part))
-    if here >= threshold:
-        return here
-    return max((chance for chance, _ in _places(scene, robot, part, gate, _with_box(around, task.box))), default=here)
+    best, seen = 0.0, _with_box(around, task.box)
+    for leg in first_legs(scene, task, around):
+        part = leg_task(scene, task, leg)
+        here = gate(observe(scene.robot(robot), scene.box(task.box), part))
+        if here >= threshold:
+            return here
+        best = max(best, here, *(chance for chance, _ in _places(scene, robot, part, gate, seen)))
+    return best
 
 
 def gated_push(

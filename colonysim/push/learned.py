@@ -11,7 +11,7 @@ from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
 from colonysim.push.scripted import OVERRUN
-from colonysim.push.staging import Leg, face_for, in_place, planned_legs, stage_part
+from colonysim.push.staging import Leg, face_for, first_legs, in_place, stage_part
 from colonysim.push.state import State, fold, observe
 from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
@@ -178,16 +178,18 @@ def push_in_legs(
                 reason = end or reason
                 break
             pit = None if task.pit is None else scene.terrain.pits[task.pit]
-            legs = planned_legs(scene, task, obstacles())
             tries += 1
-            reason = yield from approach(pilot, legs[0])
+            for leg in first_legs(scene, task, obstacles()):
+                reason = yield from approach(pilot, leg)
+                if reason not in _UNREACHED:
+                    break
             if reason in _NO_WAY and _ended(scene, task, settings.accepted) == "done":
                 reason = "done"
                 break
             if reason != "done":
                 break
-            reason = yield from _network_part(pilot, leg_task(scene, task, legs[0]), choose, settings)
-            if reason == "done" and not legs[0].hole:
+            reason = yield from _network_part(pilot, leg_task(scene, task, leg), choose, settings)
+            if reason == "done" and not leg.hole:
                 continue
             if reason in _FAULTS:
                 break
@@ -206,7 +208,8 @@ def push_in_legs(
     return ManoeuvreResult(reason == "done", reason, pilot.seconds, tries)
 
 
-_NO_WAY = frozenset({"no staging pose", "stuck", "infeasible"})
+_UNREACHED = frozenset({"no staging pose", "infeasible"})
+_NO_WAY = _UNREACHED | {"stuck"}
 _FAULTS = frozenset({"timeout", "in_pit", "flipped", "fallen", "nan", "box fallen"})
 
 

@@ -9,7 +9,7 @@ from colonysim.physics.shapes import wrap
 from colonysim.physics.terrain import Pit
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot, in_frame
 from colonysim.push.paths import Obstacles
-from colonysim.push.staging import Leg, in_place, planned_legs, stage_part
+from colonysim.push.staging import Leg, first_legs, in_place, stage_part
 from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
 PUSH_SPEED = 0.45
@@ -85,9 +85,9 @@ def scripted_push(
                 break
             if tries >= settings.tries:
                 break
-            legs = planned_legs(scene, task, obstacles())
+            leg = first_legs(scene, task, obstacles())[0]
             tries += 1
-            reason = yield from _push_leg(pilot, task, legs[0], obstacles, settings.speed)
+            reason = yield from _push_leg(pilot, task, leg, obstacles, settings.speed)
             if reason not in _RETRY and reason != "done":
                 break
             if reason in _RETRY:

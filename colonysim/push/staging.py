@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -96,18 +96,21 @@ def face_for(box: Pose, direction: float) -> Face:
     return Face(wrap(direction - mismatch), mismatch)
 
 
-def legs_for(box: Pose, task: PushTask, pit: Pit | None, larger_first: bool = False) -> tuple[Leg, ...]:
+Split = Literal["smaller first", "larger first", "none"]
+"""Which component of a way goes first, or neither: an askew face turns at the bumper, at the cost of tries."""
+
+
+def legs_for(box: Pose, task: PushTask, pit: Pit | None, split: Split = "smaller first") -> tuple[Leg, ...]:
     """Split a push into straight legs along which the box need not be turned.
 
     The box goes straight where its face is square to the way, give or take what straightens itself. Other
-    ways are split in two along the box's own sides (before a pit: along the pit's), the smaller component
-    first.
+    ways are split in two along the box's own sides (before a pit: along the pit's).
 
     Args:
         box: Where the box is now.
         task: The push.
         pit: The task's pit.
-        larger_first: Split the other way round; not before a pit that the box would then start too close to.
+        split: How; before a pit only splits from which a box can drop into it.
 
     Returns:
         One or two legs.
@@ -116,7 +119,7 @@ def legs_for(box: Pose, task: PushTask, pit: Pit | None, larger_first: bool = Fa
     dx, dy = goal[0] - here[0], goal[1] - here[1]
     direction = math.atan2(dy, dx)
     square = abs(quarter(direction - box.yaw)) <= MAX_MISMATCH
-    axes = box.yaw
+    axes, towards = box.yaw, False
     if pit is not None:
         if pit.contains(*here):
             # It hangs at an edge: its own place says nothing about the direction it came from.
@@ -133,7 +136,9 @@ def legs_for(box: Pose, task: PushTask, pit: Pit | None, larger_first: bool = Fa
         return (Leg(here, goal, False),)
     c, s = math.cos(axes), math.sin(axes)
     along, aside = c * dx + s * dy, -s * dx + c * dy
-    swapped = larger_first and (pit is None or min(abs(along), abs(aside)) >= _RUN_UP)
+    if split == "none" and (pit is None or towards):
+        return (Leg(here, goal, pit is not None),)
+    swapped = split == "larger first" and (pit is None or min(abs(along), abs(aside)) >= _RUN_UP)
     if (abs(along) < abs(aside)) != swapped:
         corner = (here[0] + c * along, here[1] + s * along)
     else:
@@ -155,8 +160,8 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
     """Whether a push is feasible geometrically, with its margin.
 
     Looks at the staging pose of every leg and at the corridor that box and robot sweep. Whether the robot
-    can reach the staging pose from where it is now is not looked at. A way that is split in two is split so that
-    both legs can be staged, if there is such a split.
+    can reach the staging pose from where it is now is not looked at. A way that has to be split in two is split
+    so that both legs can be staged, or not at all where no split allows that.
 
     Args:
         scene: The scene; the box's pose is read from it.
@@ -164,20 +169,25 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
         task: The push; its start does not matter, the box's own place does.
         around: What to stay away from; the box itself is left out if it is among it.
     """
-    pit = None if task.pit is None else scene.terrain.pits[task.pit]
-    legs = legs_for(scene.box(box), task, pit)
-    plan = _with_margin(scene, box, task, legs, around)
-    if plan.margin >= 0.0 or len(legs) == 1:
-        return plan
-    other = _with_margin(scene, box, task, legs_for(scene.box(box), task, pit, larger_first=True), around)
-    return max(plan, other, key=lambda p: p.margin)
+    plans = [_with_margin(scene, box, task, legs, around) for legs in _ways_to_split(scene, box, task)]
+    return next((plan for plan in plans if plan.margin >= 0.0), max(plans, key=lambda plan: plan.margin))
 
 
-def planned_legs(scene: Scene, task: PushTask, around: Surroundings) -> tuple[Leg, ...]:
-    """The legs of a push from where its box is now, in the order of its plan; robots move on and are not looked at."""
+def first_legs(scene: Scene, task: PushTask, around: Surroundings) -> list[Leg]:
+    """How a push may begin from where its box is now, the best first; robots move on and are not looked at."""
+    ways = _ways_to_split(scene, task.box, task)
+    if len(ways) > 1:
+        still = replace(around, robots=())
+        # Sorting keeps the order of the splits among those that can be staged, and among those that cannot.
+        ways.sort(key=lambda legs: _with_margin(scene, task.box, task, legs, still).margin < 0.0)
+    return [legs[0] for legs in ways]
+
+
+def _ways_to_split(scene: Scene, box: int, task: PushTask) -> list[tuple[Leg, ...]]:
+    """The legs of a push, for each way to split it that differs."""
     pit = None if task.pit is None else scene.terrain.pits[task.pit]
-    legs = legs_for(scene.box(task.box), task, pit)
-    return legs if len(legs) < 2 else plan_push(scene, task.box, task, replace(around, robots=())).legs
+    splits: tuple[Split, ...] = ("smaller first", "larger first", "none")
+    return list(dict.fromkeys(legs_for(scene.box(box), task, pit, split) for split in splits))
 
 
 def _with_margin(scene: Scene, box: int, task: PushTask, legs: tuple[Leg, ...], around: Surroundings) -> PushPlan:
