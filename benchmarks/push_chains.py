@@ -1,6 +1,7 @@
-"""Chains of two nodes and a hole, with turns of 0, 45 and 90 degrees: does one push prepare the next?
+"""Chains of nodes and a hole, with turns of 0, 45 and 90 degrees: does one push prepare the next?
 
-python benchmarks/push_chains.py --chains 100 --tries 3 --seed 0 --out push_chains.json
+    python benchmarks/push_chains.py --chains 300 --tries 8 --rows staged --seed 0
+    python benchmarks/push_chains.py --chains 100 --nodes 5 --rows staged rl --seed 0 --out push_chains.json
 """
 
 import argparse
@@ -10,35 +11,40 @@ from typing import Any
 
 from colonysim.push.chains import evaluate_chains
 from colonysim.push.executors import ChooserName, ExecutorName, make_executor
+from colonysim.push.feasibility import load_feasibility
 
-ROWS: dict[str, tuple[ExecutorName, ChooserName]] = {
-    "staged": ("staged", "network"),
-    "staged, Push In": ("staged", "push-in"),
-    "staged, random weights": ("staged", "random-weights"),
-    "scripted": ("scripted", "network"),
-    "rl": ("rl", "network"),
+ROWS: dict[str, tuple[ExecutorName, ChooserName, bool]] = {
+    "staged": ("staged", "network", False),
+    "staged, Push In": ("staged", "push-in", False),
+    "staged, random weights": ("staged", "random-weights", False),
+    "scripted": ("scripted", "network", False),
+    "rl": ("rl", "network", True),
+    "rl, no gate": ("rl", "network", False),
 }
+"""Executor, what chooses, and whether the feasibility classifier says where a push begins."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--chains", type=int, default=100)
+    parser.add_argument("--nodes", type=int, default=2, help="nodes before the hole")
     parser.add_argument("--tries", type=int, default=3, help="tries of each target")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
     parser.add_argument("--model", default=None, help="a shipped network's name or the path of a card")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    found: dict[str, Any] = {"tries": given.tries, "seed": given.seed, "rows": {}}
+    found: dict[str, Any] = {"nodes": given.nodes, "tries": given.tries, "seed": given.seed, "rows": {}}
     for name in given.rows:
-        push, chooser = ROWS[name]
-        executor = make_executor(push, model=given.model, chooser=chooser, tries=given.tries)
-        row = evaluate_chains(executor, chains=given.chains, seed=given.seed)
+        push, chooser, gated = ROWS[name]
+        gate = load_feasibility() if gated else None
+        executor = make_executor(push, model=given.model, chooser=chooser, tries=given.tries, gate=gate)
+        row = evaluate_chains(executor, chains=given.chains, nodes=given.nodes, seed=given.seed)
         found["rows"][name] = row
         print(
             f"{name}: {row['success']:.3f} [{row['success_low']:.3f}, {row['success_high']:.3f}] of {row['chains']}, "
             f"nodes {row['nodes']:.3f}, error {row['error_median']:.3f} (p95 {row['error_p95']:.3f}) m, "
-            f"{row['pushes_mean']:.1f} pushes, {row['seconds_mean']:.0f} s",
+            f"{row['pushes_mean']:.1f} pushes, {row['seconds_mean']:.0f} s; {row['reasons']}",
             flush=True,
         )
         if given.out is not None:

@@ -13,6 +13,7 @@ import random
 import time
 from dataclasses import dataclass
 
+from colonysim.intervals import wilson
 from colonysim.physics import BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
 from colonysim.push import PushTask, drive_to, everything_else, run_alone, scripted_push
 
@@ -34,14 +35,6 @@ class Trial:
     @property
     def success(self) -> bool:
         return self.first == self.second == self.crossing == "done"
-
-
-def wilson(successes: int, n: int, z: float = 1.96) -> tuple[float, float]:
-    """The 95 % interval of a share."""
-    share = successes / n
-    middle = (share + z * z / (2 * n)) / (1 + z * z / n)
-    reach = z / (1 + z * z / n) * math.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
-    return max(0.0, middle - reach), min(1.0, middle + reach)
 
 
 def run_trial(seed: int) -> Trial:

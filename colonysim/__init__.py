@@ -29,13 +29,9 @@ if TYPE_CHECKING:
     from colonysim.simulation import simulate
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult, Event
-    from colonysim.world.loading import (
-        list_scenarios,
-        load_scenario,
-        scenario_from_document,
-        scenario_schema,
-    )
+    from colonysim.world.loading import list_scenarios, load_scenario, scenario_from_document
     from colonysim.world.scenario import Scenario
+    from colonysim.world.schema import scenario_schema
 
 __version__ = "0.1.0"
 
@@ -72,7 +68,7 @@ _PLACES = {
     "load_scenario": "world.loading",
     "run": "recording",
     "scenario_from_document": "world.loading",
-    "scenario_schema": "world.loading",
+    "scenario_schema": "world.schema",
     "simulate": "simulation",
 }
 

@@ -6,11 +6,11 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, TraceError
 from colonysim.plugins import make_backend, make_policy
 from colonysim.simulation import MODES, simulate
 from colonysim.suggest import nearest
-from colonysim.trace.manifest import build_manifest, prepare_directory
+from colonysim.trace.manifest import begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 from colonysim.world.loading import load_scenario
@@ -87,8 +87,9 @@ def run(
     body = make_backend(backend, backend_options)
     count = scenario.episodes if episodes is None else episodes
     start = _pheromones(initial)
-    manifest = build_manifest(
-        scenario,
+    manifest = begin_manifest(
+        scenario.name,
+        scenario=scenario,
         backend=backend if isinstance(backend, str) else type(backend).__name__,
         policy=policy if isinstance(policy, str) else getattr(chosen, "name", type(chosen).__name__),
         mode=mode or scenario.mode,
@@ -134,6 +135,9 @@ def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | No
     if initial is None:
         return None
     fields: dict[str, list[Frame]] = {}
-    for frame in (initial if isinstance(initial, Run) else Run.open(initial)).frames():
+    run = initial if isinstance(initial, Run) else Run.open(initial)
+    for frame in run.frames():
         fields.setdefault(frame.field, []).append(frame)
+    if not fields:
+        raise TraceError(f"{run.path}: this run left no pheromones to start with (policy {run.manifest['policy']!r})")
     return fields

@@ -10,13 +10,13 @@ from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import LOOK_TICKS, Traffic, closing_in, ticks_until_close
 from colonysim.errors import ColonysimError, MissingExtraError
-from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene, WheelSpeeds
+from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
 from colonysim.push.executors import EXECUTORS, make_executor
 from colonysim.push.feasibility import load_feasibility
+from colonysim.push.gated import chance_of_push
 from colonysim.push.paths import Surroundings, everything_else
 from colonysim.push.staging import plan_push, staging_points
-from colonysim.push.state import observe
 from colonysim.push.task import PushTask
 from colonysim.suggest import nearest
 from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
@@ -39,7 +39,6 @@ APPROACH = 1.55
 TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
-SETTLE_TICKS = 48
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
@@ -66,8 +65,8 @@ class Bullet:
     """Drives robots in PyBullet; a push is carried out by one of three executors.
 
     Args:
-        push: "staged" (a script drives behind the box, the network does the rest), "rl" (the network alone, gated by
-            the feasibility classifier) or "scripted" (no learning).
+        push: "staged" (a script drives behind the box, the network does the rest), "rl" (the network from where
+            the feasibility classifier expects it to succeed) or "scripted" (no learning).
         gui: Whether to open the engine's window.
         model: Another network than the shipped one: the path of its card.
 
@@ -86,9 +85,9 @@ class Bullet:
         self.push = chosen[0]
         self.edge_seconds = 1.0
         self._gui = gui
-        self._execute: Executor = make_executor(self.push, model=model)
         # The paper's classifier speaks of states from which its own network pushes; the others plan instead.
         self._foresee = load_feasibility() if self.push == "rl" else None
+        self._execute: Executor = make_executor(self.push, model=model, gate=self._foresee)
         self._scene: Scene | None = None
 
     # -- the protocol ----------------------------------------------------------------------------------------------
@@ -173,8 +172,6 @@ class Bullet:
                 scene, agent, task, everything_else(scene, agent), log,
                 self._streams.derive(f"push/{self._pushes}") % 2**31,
             )  # fmt: skip
-            if self.push == "rl" and task.kind == "hole":
-                manoeuvre = _let_settle(manoeuvre)
         self._actions[agent] = _Action(intent, manoeuvre, at)
         return None
 
@@ -285,7 +282,7 @@ class Bullet:
     def _chance(self, agent: int, task: PushTask) -> float:
         scene = self._open()
         if self._foresee is not None:
-            return self._foresee(observe(scene.robot(agent), scene.box(task.box), task))
+            return chance_of_push(scene, agent, task, self._foresee, self._fixed_around())
         return 1.0 if plan_push(scene, task.box, task, self._fixed_around()).margin >= 0.0 else 0.0
 
     # -- outcomes --------------------------------------------------------------------------------------------------
@@ -372,11 +369,3 @@ class Bullet:
             self._rows.append(TraceRow("controls", (self._now, agent, chooser, control, ticks)))
 
         return log
-
-
-def _let_settle(manoeuvre: Manoeuvre) -> Manoeuvre:
-    """The same manoeuvre, then a stop: by the paper's table a push is over while the box still tips into its pit."""
-    result = yield from manoeuvre
-    for _ in range(SETTLE_TICKS):
-        yield WheelSpeeds(0.0, 0.0)
-    return result

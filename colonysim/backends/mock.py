@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from colonysim.backends.nodeworld import what_comes_of
+from colonysim.backends.nodeworld import what_can_be_pushed, what_comes_of
 from colonysim.backends.protocol import Done, Finished
 from colonysim.world.intents import Intent, Outcome, Wait
 
@@ -74,11 +74,7 @@ class Mock:
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """1 for each push that the rules of the place allow, else 0."""
-        world = self._world
-        if world is None:
-            return [0.0] * len(targets)
-        at, base = world.box_node[box], world.box_base[box]
-        return [1.0 if world.can_slide(base, at, j) else 0.0 for j in targets]
+        return [0.0] * len(targets) if self._world is None else what_can_be_pushed(self._world, box, targets)
 
     def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
         """The target alone."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
 
-__all__ = ["NodeWorld", "what_comes_of"]
+__all__ = ["NodeWorld", "what_can_be_pushed", "what_comes_of"]
 
 NOWHERE: frozenset[Place] = frozenset()
 
@@ -49,6 +49,12 @@ def what_comes_of(world: World, agent: int, intent: Intent) -> Outcome:
         return Outcome("blocked", at, reason="cannot be pushed")
     pusher = at if world.falls(base, at, node) else node
     return Outcome("arrived", pusher, (BoxPlace(box, node),))
+
+
+def what_can_be_pushed(world: World, box: int, targets: Sequence[int]) -> list[float]:
+    """1 for each target to which the rules of the place let the box be pushed, else 0."""
+    at, base = world.box_node[box], world.box_base[box]
+    return [1.0 if world.can_slide(base, at, j) else 0.0 for j in targets]
 
 
 class NodeWorld:
@@ -94,11 +100,7 @@ class NodeWorld:
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """1 for each push that the place allows, else 0."""
-        world = self._world
-        if world is None:
-            return [0.0] * len(targets)
-        at, base = world.box_node[box], world.box_base[box]
-        return [1.0 if world.can_slide(base, at, j) else 0.0 for j in targets]
+        return [0.0] * len(targets) if self._world is None else what_can_be_pushed(self._world, box, targets)
 
     def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
         """The target alone."""

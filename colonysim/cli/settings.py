@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["with_settings"]
 
-_AT_LEAST_ONE = ("steps", "buffer", "batch", "train_block", "test_block", "score_blocks", "candidates")
+_AT_LEAST_ONE = ("steps", "buffer", "batch", "update_every", "train_block", "test_block", "score_blocks", "candidates")
 
 
 def with_settings(config: TrainingConfig, settings: Sequence[str]) -> TrainingConfig:

@@ -13,12 +13,16 @@ from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
 from colonysim.plots.results import WINDOW, running_interval
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
 
-__all__ = ["learning_figure"]
+__all__ = ["ablation_figure", "learning_figure"]
 
+_SMOOTHED = 8
+"""Tests of 20 episodes that a curve of an ablation is averaged over: the paper's 150 episodes."""
+_SETTINGS = ("#E69F00", "#009E73", "#56B4E9", "#CC79A7")
 _TERRAINS = {"flat": "#E69F00", "slope": "#009E73", "hole": "#3A3A3A"}
 
 
@@ -62,6 +66,47 @@ def learning_figure(folder: Path) -> Figure:
     return figure
 
 
+def ablation_figure(panels: Mapping[str, Mapping[str, Sequence[Sequence[Sequence[float]]]]], about: str) -> Figure:
+    """Reward of the tests by training episodes, one panel a parameter and one curve a value of it.
+
+    Args:
+        panels: Title, then label of a value, then for each training seed its tests: episodes, actions, success, reward.
+            Those of the exploration are left out.
+        about: What was trained, for the title.
+    """
+    figure = Figure(figsize=(3.6 * len(panels), 3.4), layout="constrained")
+    figure.suptitle(f"Ablation of the push · {about}", fontsize=11, color=INK)
+    row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for axes, (title, curves) in zip(row, panels.items(), strict=True):
+        for color, (label, seeds) in zip(_SETTINGS, curves.items(), strict=False):
+            if not seeds:
+                continue
+            smooth = [_smooth([test[3] for test in tests]) for tests in seeds]
+            by_test = list(zip(*smooth, strict=False))
+            episodes = [test[0] - seeds[0][0][0] for test in seeds[0][: len(by_test)]]
+            axes.fill_between(episodes, [min(v) for v in by_test], [max(v) for v in by_test], color=color, alpha=0.2)
+            means = [sum(v) / len(v) for v in by_test]
+            axes.plot(episodes, means, color=color, linewidth=1.6, label=f"{label} ({len(seeds)} seeds)")
+        axes.set_title(title, fontsize=9)
+        axes.set_xlabel("training episodes after the exploration", fontsize=8)
+        _tidy(axes)
+        axes.legend(fontsize=7, loc="lower right", frameon=False)
+    row[0].set_ylabel("reward of the tests\n(mean, least to largest of the seeds)", fontsize=8)
+    return figure
+
+
+def _smooth(values: list[float]) -> list[float]:
+    parts = [values[max(0, i + 1 - _SMOOTHED) : i + 1] for i in range(len(values))]
+    return [sum(part) / len(part) for part in parts]
+
+
+def _tidy(axes: Axes) -> None:
+    axes.tick_params(labelsize=8)
+    axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
 def _curve(
     axes: Axes, episodes: list[int], values: list[float], color: str, limits: tuple[float, float] | None
 ) -> None:
@@ -75,10 +120,7 @@ def _curve(
     )
     axes.plot(episodes, means, color=color, linewidth=1.6, label=f"mean of {count} tests")
     axes.plot(episodes, values, ".", color=INK, markersize=4, label="test")
-    axes.tick_params(labelsize=8)
-    axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    _tidy(axes)
 
 
 def _about(card: dict[str, Any]) -> str:

@@ -61,7 +61,12 @@ class Stigmergy:
         self._goal = scenario.goal
 
     def fields(self, world: World) -> Mapping[str, Field]:
-        """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry."""
+        """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry.
+
+        Raises:
+            PluginError: There is no such extra field.
+            ScenarioError: It has the name of another field.
+        """
         s = self.settings
         d_max = s.d_max * extent(world) or 1.0
         everywhere, at_start = s.updates == "everywhere", s.deposit_at_start
@@ -89,8 +94,14 @@ class Stigmergy:
                 world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait, at_start=at_start
             ),
         ]
-        own += [field_class(name)(world) for name in s.extra_fields]
-        return {field.name: field for field in own}
+        found = {field.name: field for field in own}
+        for name in s.extra_fields:
+            extra = field_class(name)(world)
+            if extra.name in found:
+                message = f"there is a field {extra.name!r} already; {name!r} must give its own another name"
+                raise world.scenario.fault("policy.extra_fields", message)
+            found[extra.name] = extra
+        return found
 
     def begin(self, agent: int, memory: Memory | None) -> Memory:
         """Nothing is remembered across episodes but the chance to explore."""

@@ -24,13 +24,18 @@ class Uniform:
     """Travels, takes hold of boxes and pushes them uniformly at random.
 
     Args:
-        scenario: Not needed; every policy is built with one.
+        scenario: Its `policy:` section must hold no parameters.
+
+    Raises:
+        ScenarioError: It holds some.
     """
 
     name = "random"
 
     def __init__(self, scenario: Scenario) -> None:
-        pass
+        if scenario.parameters:
+            first = next(iter(scenario.parameters))
+            raise scenario.fault(f"policy.{first}", f"no such parameter; the policy {self.name!r} has none")
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """None: it leaves and reads no marks."""

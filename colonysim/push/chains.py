@@ -1,14 +1,15 @@
 """Chains of pushes: the paper's unsolved problem, whether one push leaves a state the next can begin from."""
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from colonysim.intervals import wilson
 from colonysim.physics import BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
-from colonysim.push.evaluation import wilson
 from colonysim.push.executors import Executor
 from colonysim.push.paths import everything_else
 from colonysim.push.seeds import Purpose, episode_rng
@@ -18,15 +19,19 @@ __all__ = ["TURNS", "Chain", "PlayedChain", "draw_chain", "evaluate_chains", "pl
 
 TURNS = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)
 _LENGTH = (1.8, 2.2)
-_EXTENT = 9.0
+_EXTENT, _ROOM = 9.0, 4.0
+_BEHIND = 1.5
+"""A robot stages this far behind a box at most, metres."""
+_PIT_ROOM = 1.5
+"""The pit keeps this distance from the earlier parts of the way and from where a robot stages for them, metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """Two nodes and a hole, one after the other.
+    """Nodes and a hole, one after the other.
 
     Attributes:
-        places: The box's start, the two nodes and the pit's centre, metres.
+        places: The box's start, the nodes and the pit's centre, metres.
         axis: Heading of the box's faces and of the pit's sides, radians.
         robot: Where the robot begins.
     """
@@ -37,18 +42,16 @@ class Chain:
 
     def scene(self) -> Scene:
         """A fresh scene."""
-        ground = Ground(-_EXTENT, -_EXTENT, _EXTENT, _EXTENT, 0.0)
+        extent = max(_EXTENT, max(abs(value) for place in self.places for value in place) + _ROOM)
+        ground = Ground(-extent, -extent, extent, extent, 0.0)
         terrain = Terrain((ground,), (Pit(*self.places[-1], self.axis),))
         return Scene(terrain, [BoxSpec(*self.places[0], 0.0, self.axis)], [self.robot])
 
     def tasks(self) -> list[PushTask]:
         """The pushes, in order."""
-        start, one, two, hole = self.places
-        return [
-            PushTask(0, start, one, "flat", 0.0),
-            PushTask(0, one, two, "flat", 0.0),
-            PushTask(0, two, hole, "hole", 0.0, 0),
-        ]
+        *nodes, _ = ways = list(itertools.pairwise(self.places))
+        flat = [PushTask(0, start, goal, "flat", 0.0) for start, goal in nodes]
+        return [*flat, PushTask(0, *ways[-1], "hole", 0.0, 0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +59,7 @@ class PlayedChain:
     """How a chain went.
 
     Attributes:
-        reached: Targets reached, of three.
+        reached: Targets reached, nodes and hole.
         reason: Why it ended, `"done"` when all were reached.
         pushes: Pushes begun.
         seconds: Simulated seconds.
@@ -75,21 +78,44 @@ class PlayedChain:
         return self.reason == "done"
 
 
-def draw_chain(rng: np.random.Generator) -> Chain:
-    """Two nodes and a hole, 1.8-2.2 m apart, each turn one of 0, 45 and 90 degrees to either side."""
-    axis = heading = float(rng.uniform(-math.pi, math.pi))
-    places = [(0.0, 0.0)]
-    for i in range(3):
-        if i:
-            heading += TURNS[int(rng.integers(len(TURNS)))]
-        length = float(rng.uniform(*_LENGTH))
-        x, y = places[-1]
-        places.append((x + length * math.cos(heading), y + length * math.sin(heading)))
+def draw_chain(rng: np.random.Generator, nodes: int = 2) -> Chain:
+    """Nodes and a hole, 1.8-2.2 m apart, each turn one of 0, 45 and 90 degrees to either side.
+
+    Long chains may cross themselves, but their pit lies nowhere that box or robot must go before; ways that lead
+    back to it are drawn again.
+
+    Args:
+        rng: Source of randomness, advanced.
+        nodes: How many nodes there are between the start and the hole.
+    """
+    while True:
+        axis = heading = float(rng.uniform(-math.pi, math.pi))
+        places = [(0.0, 0.0)]
+        for i in range(nodes + 1):
+            if i:
+                heading += TURNS[int(rng.integers(len(TURNS)))]
+            length = float(rng.uniform(*_LENGTH))
+            x, y = places[-1]
+            places.append((x + length * math.cos(heading), y + length * math.sin(heading)))
+        if _pit_is_out_of_the_way(places):
+            break
     bearing = axis + float(rng.uniform(-0.5, 0.5))
     away = float(rng.uniform(1.3, 1.7))
     yaw = float(rng.uniform(-math.pi, math.pi))
     robot = RobotSpec(-away * math.cos(bearing), -away * math.sin(bearing), 0.0, yaw)
     return Chain(tuple(places), axis, robot)
+
+
+def _pit_is_out_of_the_way(places: Sequence[tuple[float, float]]) -> bool:
+    """Whether all pushes but the last, and staging for them, keep away from the last place."""
+    (px, py) = places[-1]
+    for (x0, y0), (x1, y1) in itertools.pairwise(places[:-1]):
+        length = math.dist((x0, y0), (x1, y1))
+        c, s = (x1 - x0) / length, (y1 - y0) / length
+        along = min(max(c * (px - x0) + s * (py - y0), -_BEHIND), length)
+        if math.dist((px, py), (x0 + along * c, y0 + along * s)) < _PIT_ROOM:
+            return False
+    return True
 
 
 def play_chain(chain: Chain, executor: Executor, *, seed: int = 0, log: Log = ignore) -> PlayedChain:
@@ -115,15 +141,17 @@ def evaluate_chains(
     executor: Executor,
     *,
     chains: int = 100,
+    nodes: int = 2,
     seed: int = 0,
     purpose: Purpose = Purpose.JUDGE,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Success of chains of two nodes and a hole.
+    """Success of chains of nodes and a hole.
 
     Args:
         executor: From `make_executor`, which also says how many tries each leg has.
         chains: How many.
+        nodes: How many nodes each has before its hole.
         seed: Makes the chains.
         purpose: What they are for.
         on_progress: Called after each chain with chains done and successes so far.
@@ -136,7 +164,7 @@ def evaluate_chains(
     played: list[PlayedChain] = []
     for i in range(chains):
         rng = episode_rng(purpose, seed, 100, i)
-        played.append(play_chain(draw_chain(rng), executor, seed=int(rng.integers(2**31))))
+        played.append(play_chain(draw_chain(rng, nodes), executor, seed=int(rng.integers(2**31))))
         if on_progress is not None:
             on_progress(i + 1, sum(p.success for p in played))
     wins = sum(p.success for p in played)
@@ -145,7 +173,7 @@ def evaluate_chains(
     reasons: dict[str, int] = {}
     for p in played:
         reasons[p.reason] = reasons.get(p.reason, 0) + 1
-    tried = sum(min(2, p.reached + 1) for p in played)
+    tried = sum(min(nodes, p.reached + 1) for p in played)
     return {
         "chains": chains,
         "success": wins / chains,

@@ -45,6 +45,9 @@ class DoubleDQN:
     """
 
     def __init__(self, start: QNetwork, config: LearnerConfig) -> None:
+        # Batches are too small to gain from threads, and sums that are split otherwise round otherwise: with one
+        # thread the same seed gives the same bytes whatever the number of cores.
+        torch.set_num_threads(1)
         self.config = config
         self.inputs = start.inputs
         self.updates = 0

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from colonysim.intervals import wilson
 from colonysim.physics import Scene
 from colonysim.push.choosing import Testing
 from colonysim.push.executors import ChooserName, Executor, ExecutorName, make_executor
@@ -17,7 +18,7 @@ from colonysim.push.starts import KINDS, Start, distribution, draw
 from colonysim.push.state import observe
 from colonysim.push.task import Chooser, Kind, Log, Manoeuvre, ignore
 
-__all__ = ["Played", "Watch", "evaluate_push", "judged_start", "play_push", "wilson"]
+__all__ = ["Played", "Watch", "evaluate_push", "judged_start", "play_push"]
 
 _REWARDED = Rules(ticks=STEP_TICKS, cross_track_gain=0.0, success_bonus=0.0, failure_penalty=0.0)
 """Paper Eq. 8 for each step of 50 ticks, its heading term held close to the goal."""
@@ -63,17 +64,6 @@ class Watch(Protocol):
     def end(self, played: Played) -> None:
         """How the push went."""
         ...
-
-
-def wilson(successes: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
-    """Wilson's interval of a success rate, 95 % by default; the whole range for no trials."""
-    if trials == 0:
-        return 0.0, 1.0
-    share = successes / trials
-    scale = 1 + z * z / trials
-    middle = (share + z * z / (2 * trials)) / scale
-    half = z * math.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials)) / scale
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def evaluate_push(

@@ -9,7 +9,8 @@ import numpy as np
 from colonysim.physics import Scene
 from colonysim.push.choosing import Choose, Testing, constant, network_chooser
 from colonysim.push.controls import Control
-from colonysim.push.learned import Gate, StagedSettings, rl_push, staged_push
+from colonysim.push.gated import Gate, gated_push
+from colonysim.push.learned import StagedSettings, rl_push, staged_push
 from colonysim.push.network import QNetwork, load_network, network_ticks, random_network
 from colonysim.push.paths import Obstacles
 from colonysim.push.scripted import PushSettings, scripted_push
@@ -35,7 +36,7 @@ class Executor(Protocol):
             scene: The scene.
             robot: Index of the robot.
             task: The push.
-            obstacles: What to stay away from, besides the box itself (`rl` looks at nothing but the box).
+            obstacles: What to stay away from, besides the box itself (the network looks at nothing but the box).
             log: Told about every control and who chose it.
             seed: For the network's rare drawn choices.
         """
@@ -56,15 +57,17 @@ def make_executor(
     """An executor by name.
 
     Args:
-        name: `"rl"`: the paper's, the network from wherever the robot is. `"staged"`: a script drives to a
-            coarse pose, then the network. `"scripted"`: no learning.
+        name: `"rl"`: the paper's, the network from wherever the robot is, or, with a gate, from wherever the
+            classifier expects it to succeed. `"staged"`: a script drives to a coarse pose, then the network.
+            `"scripted"`: no learning.
         model: The network: name of a shipped one or path of a card; None is the shipped one of the executor.
         chooser: Puts untrained weights, or the constant control Push In, in the network's place.
         testing: How the network's values become choices.
         ticks: T, control ticks of one action; None: what the network was trained with.
-        tries: Failed pushes (`staged`) or pushes begun (`scripted`) before it gives up.
-        limit: Simulated seconds of a push (`staged` and `scripted`).
-        gate: Feasibility classifier that may refuse a push (`rl`).
+        tries: Failed pushes (`staged`, `rl` with a gate) or pushes begun (`scripted`) before it gives up; without a
+            gate `rl` has one.
+        limit: Simulated seconds of a push (not of `rl` without a gate, which has the paper's step limit).
+        gate: Feasibility classifier that says where `rl` begins a push, or refuses it.
 
     Raises:
         ModelError: The model is missing or damaged.
@@ -73,31 +76,33 @@ def make_executor(
     if name not in EXECUTORS:
         raise ValueError(f"no executor {name!r}; there are {', '.join(EXECUTORS)}")
     if name == "scripted":
-        settings = PushSettings(tries=tries, limit=limit)
+        scripted_settings = PushSettings(tries=tries, limit=limit)
 
         def scripted(
             scene: Scene, robot: int, task: PushTask, obstacles: Obstacles, log: Log = ignore, seed: int = 0
         ) -> Manoeuvre:
-            return scripted_push(scene, robot, task, obstacles, log, settings)
+            return scripted_push(scene, robot, task, obstacles, log, scripted_settings)
 
         return scripted
     source: str | Path = "push" if model is None else model
     fresh = _choices(chooser, source, testing)
     held = network_ticks(source) if ticks is None else ticks
+    settings = StagedSettings(ticks=held, tries=tries, limit=limit)
     if name == "rl":
 
         def rl(
             scene: Scene, robot: int, task: PushTask, obstacles: Obstacles, log: Log = ignore, seed: int = 0
         ) -> Manoeuvre:
-            return rl_push(scene, robot, task, log, choose=fresh(seed), ticks=held, gate=gate)
+            if gate is None:
+                return rl_push(scene, robot, task, log, choose=fresh(seed), ticks=held)
+            return gated_push(scene, robot, task, obstacles, log, choose=fresh(seed), gate=gate, settings=settings)
 
         return rl
-    staged_settings = StagedSettings(ticks=held, tries=tries, limit=limit)
 
     def staged(
         scene: Scene, robot: int, task: PushTask, obstacles: Obstacles, log: Log = ignore, seed: int = 0
     ) -> Manoeuvre:
-        return staged_push(scene, robot, task, obstacles, log, choose=fresh(seed), settings=staged_settings)
+        return staged_push(scene, robot, task, obstacles, log, choose=fresh(seed), settings=settings)
 
     return staged
 

@@ -11,14 +11,14 @@ from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
 from colonysim.push.scripted import OVERRUN
-from colonysim.push.staging import Leg, face_for, in_place, legs_for, stage_part
+from colonysim.push.staging import Leg, face_for, first_legs, in_place, stage_part
 from colonysim.push.state import State, fold, observe
 from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
-__all__ = ["Gate", "StagedSettings", "rl_push", "staged_push"]
+__all__ = ["Approach", "StagedSettings", "push_in_legs", "rl_push", "staged_push"]
 
-Gate = Callable[[State], float]
-"""The chance that `rl` succeeds from a state."""
+Approach = Callable[[Pilot, Leg], Part]
+"""Brings a robot to where the network takes over a leg; returns `"done"`, at once where nothing needs doing."""
 
 CHECK_EVERY = 3
 _ON_AXIS, _ON_PIT_AXIS = 0.10, 0.05
@@ -56,10 +56,8 @@ def rl_push(
     *,
     choose: Choose,
     ticks: int = STEP_TICKS,
-    gate: Gate | None = None,
-    threshold: float = 0.5,
 ) -> Manoeuvre:
-    """The paper's push: the network chooses every control, from wherever the robot is.
+    """The paper's push: the network chooses every control, from wherever the robot is, and has one try.
 
     Args:
         scene: The scene.
@@ -68,18 +66,14 @@ def rl_push(
         log: Told about every control.
         choose: Chooses the controls.
         ticks: T, control ticks of one action.
-        gate: The feasibility classifier; None begins every push.
-        threshold: Least chance of success, by the gate, of a push that is begun.
 
     Returns:
-        A manoeuvre that ends with `"done"`, `"infeasible"` (refused by the gate, nothing has moved),
-        `"failure"` (paper's table), `"timeout"` (the step limit), or a fault of the robot or the box.
+        A manoeuvre that ends with `"done"`, `"failure"` (paper's table), `"timeout"` (the step limit), or a fault
+        of the robot or the box.
     """
     limit = STEP_LIMIT[task.kind] * STEP_TICKS
     pilot = Pilot(scene, robot, log, limit * scene.tick_seconds * _SLOW)
     state = _look(scene, robot, task)
-    if gate is not None and gate(state) < threshold:
-        return ManoeuvreResult(False, "infeasible")
     reason, spent = "", 0
     try:
         while not reason:
@@ -106,9 +100,9 @@ def _table(scene: Scene, robot: int, task: PushTask, state: State) -> str:
     verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
     if verdict is None:
         return scene.box_fault(task.box) or ""
-    if verdict == "success" and task.pit is not None:
+    if task.pit is not None:
         deep = scene.terrain.pits[task.pit].depth > 1.5 * scene.boxes[task.box].height
-        # The paper's pits are one box deep; in a deeper one its condition holds while the box still leans.
+        # The paper's pits are one box deep; in a deeper one its conditions hold while the box still leans.
         if deep and not _lies(scene, task) and not _pressed(scene, robot, task):
             return ""
     return "done" if verdict == "success" else "failure"
@@ -140,12 +134,42 @@ def staged_push(
         settings: Limits.
 
     Returns:
-        A manoeuvre. Its reason is `"done"`; `"box stray"`, `"box askew to the pit"`, `"no staging pose"`,
+        A manoeuvre. Its reason is `"done"`; `"box stray"`, `"no staging pose"`,
         `"blocked"`, `"timeout"`; why the last try was given up: `"off_line"`, `"off_line_at_edge"`,
         `"past_goal"`, `"off_node"`, `"robot_far"`, `"slow"`, `"not seated"`; or a fault of the robot.
     """
     settings = settings or StagedSettings()
-    pilot = Pilot(scene, robot, log, settings.limit)
+
+    def approach(pilot: Pilot, leg: Leg) -> Part:
+        if in_place(pilot, task.box, leg.heading):
+            return "done"
+        return (yield from stage_part(pilot, task.box, leg.heading, obstacles, coarse=True))
+
+    return push_in_legs(Pilot(scene, robot, log, settings.limit), task, obstacles, approach, choose, settings)
+
+
+def push_in_legs(
+    pilot: Pilot,
+    task: PushTask,
+    obstacles: Obstacles,
+    approach: Approach,
+    choose: Choose,
+    settings: StagedSettings,
+) -> Manoeuvre:
+    """Push a box leg by leg, each approached and then left to the network, until it is there or tries run out.
+
+    Args:
+        pilot: The robot.
+        task: The push.
+        obstacles: What to stay away from, besides the box itself.
+        approach: Brings the robot to where the network takes over.
+        choose: Chooses the controls of the network's part.
+        settings: Limits.
+
+    Returns:
+        A manoeuvre; its reasons are those of `staged_push`, and the approach's.
+    """
+    scene = pilot.scene
     reason, tries, failed = "timeout", 0, 0
     try:
         while True:
@@ -154,20 +178,17 @@ def staged_push(
                 reason = end or reason
                 break
             pit = None if task.pit is None else scene.terrain.pits[task.pit]
-            legs = legs_for(scene.box(task.box), task, pit)
-            if not legs:
-                reason = "box askew to the pit"
-                break
-            leg = legs[0]
             tries += 1
-            if not in_place(pilot, task.box, leg.heading):
-                reason = yield from stage_part(pilot, task.box, leg.heading, obstacles, coarse=True)
-                if reason in ("no staging pose", "stuck") and _ended(scene, task, settings.accepted) == "done":
-                    reason = "done"
+            for leg in first_legs(scene, task, obstacles()):
+                reason = yield from approach(pilot, leg)
+                if reason not in _UNREACHED:
                     break
-                if reason != "done":
-                    break
-            reason = yield from _network_part(pilot, _leg_task(scene, task, leg), choose, settings)
+            if reason in _NO_WAY and _ended(scene, task, settings.accepted) == "done":
+                reason = "done"
+                break
+            if reason != "done":
+                break
+            reason = yield from _network_part(pilot, leg_task(scene, task, leg), choose, settings)
             if reason == "done" and not leg.hole:
                 continue
             if reason in _FAULTS:
@@ -187,6 +208,8 @@ def staged_push(
     return ManoeuvreResult(reason == "done", reason, pilot.seconds, tries)
 
 
+_UNREACHED = frozenset({"no staging pose", "infeasible"})
+_NO_WAY = _UNREACHED | {"stuck"}
 _FAULTS = frozenset({"timeout", "in_pit", "flipped", "fallen", "nan", "box fallen"})
 
 
@@ -244,7 +267,7 @@ def _pressed(scene: Scene, robot: int, task: PushTask) -> bool:
     return nose <= scene.terrain.pits[task.pit].side / 2 - OVERRUN
 
 
-def _leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
+def leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
     """The leg as a push of its own, along the box's (or the pit's) own axis where that passes close by."""
     kind: Kind = "hole" if leg.hole else ("slope" if task.kind == "slope" else "flat")
     pit = None if not leg.hole or task.pit is None else scene.terrain.pits[task.pit]

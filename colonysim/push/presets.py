@@ -31,14 +31,14 @@ class LearnerConfig:
     target: Target = "standard"
     loss: Literal["squared", "huber"] = "huber"
     learning_rate: float = 5e-4
-    learning_rate_end: float = 5e-5
+    learning_rate_end: float = 2e-5
     gradient_clip: float | None = 10.0
     target_every: int | None = None
     target_share: float = 0.005
 
 
 IMPROVED_LEARNER = LearnerConfig()
-IMPROVED_RULES = Rules()
+IMPROVED_RULES = Rules(ticks=15)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +72,7 @@ class TrainingConfig:
         explore: First actions, chosen without the network (S).
         demonstrations: Share of those that the demonstrator chooses; the others are drawn uniformly.
         update_from: Transitions in the replay before the first update.
+        update_every: Actions between two updates.
         beta: Boltzmann's beta.
         epsilon: Chance of a uniform action at the start.
         epsilon_decay: Epsilon's factor at each uniform action.
@@ -94,32 +95,33 @@ class TrainingConfig:
     inputs: Inputs = "line"
     hidden: tuple[int, ...] = (200, 200, 200)
     learner: LearnerConfig = IMPROVED_LEARNER
-    gamma: float = 0.985
-    steps: int = 4
+    gamma: float = 0.991
+    steps: int = 6
     buffer: int = 100_000
     batch: int = 128
-    explore: int = 5_000
+    explore: int = 8_000
     demonstrations: float = 0.7
     update_from: int = 1_000
-    beta: float = 8.0
+    update_every: int = 2
+    beta: float = 12.0
     epsilon: float = 0.15
     epsilon_decay: float = 0.999
     epsilon_floor: float = 0.02
-    actions: int | None = 50_000
+    actions: int | None = 80_000
     episodes: int | None = None
-    train_block: int = 20
+    train_block: int = 60
     test_block: int = 20
     testing: Testing = "greedy"
     rules: Rules = IMPROVED_RULES
-    kinds: tuple[tuple[Kind, float], ...] = (("flat", 0.4), ("slope", 0.25), ("hole", 0.35))
+    kinds: tuple[tuple[Kind, float], ...] = (("flat", 0.3), ("slope", 0.35), ("hole", 0.35))
     starts: tuple[StartMix, ...] = (
-        StartMix("push_wide", 0.5, guards=False),
-        StartMix("coarse_wide", 0.35, guards=True),
+        StartMix("push_wide", 0.4, guards=False),
+        StartMix("handover", 0.45, guards=True),
         StartMix("fine", 0.15, guards=True),
     )
     score_blocks: int = 3
     candidates: int = 4
-    playoff: int = 24
+    playoff: int = 16
 
 
 PRESETS: dict[str, TrainingConfig] = {
@@ -139,11 +141,14 @@ PRESETS: dict[str, TrainingConfig] = {
         buffer=10_000,
         explore=1_000,
         demonstrations=0.0,
+        update_every=1,
+        beta=8.0,
         epsilon=0.2,
         epsilon_decay=0.995,
         epsilon_floor=0.0,
         actions=None,
         episodes=400,
+        train_block=20,
         testing="boltzmann",
         rules=PAPER_RULES,
         kinds=(("flat", 0.3), ("slope", 0.2), ("hole", 0.5)),

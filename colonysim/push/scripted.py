@@ -9,7 +9,7 @@ from colonysim.physics.shapes import wrap
 from colonysim.physics.terrain import Pit
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot, in_frame
 from colonysim.push.paths import Obstacles
-from colonysim.push.staging import Leg, in_place, legs_for, stage_part
+from colonysim.push.staging import Leg, first_legs, in_place, stage_part
 from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
 PUSH_SPEED = 0.45
@@ -70,7 +70,7 @@ def scripted_push(
 
     Returns:
         A manoeuvre. Its reason is `"done"`; or `"box stray"` (the box fell where it should not),
-        `"box askew to the pit"`, `"no staging pose"`, `"blocked"` (by a robot), `"timeout"`; or why the last
+        `"no staging pose"`, `"blocked"` (by a robot), `"timeout"`; or why the last
         try failed: `"lost contact"`, `"off the line"`, `"stalled"`, `"stuck"`, `"not seated"`; or a fault of
         the robot: `"in_pit"`, `"flipped"`, `"fallen"`, `"nan"`.
     """
@@ -85,12 +85,9 @@ def scripted_push(
                 break
             if tries >= settings.tries:
                 break
-            legs = legs_for(scene.box(task.box), task, _pit(scene, task))
-            if not legs:
-                reason = "box askew to the pit"
-                break
+            leg = first_legs(scene, task, obstacles())[0]
             tries += 1
-            reason = yield from _push_leg(pilot, task, legs[0], obstacles, settings.speed)
+            reason = yield from _push_leg(pilot, task, leg, obstacles, settings.speed)
             if reason not in _RETRY and reason != "done":
                 break
             if reason in _RETRY:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,8 @@ _FINE_GAPS = (0.72, 0.62, 0.52)
 _COARSE_GAPS = (0.92, 0.80, 0.74)
 """Tried one after the other: distances of the robot's centre from the face, metres."""
 _NEGLIGIBLE = 0.06
+_RUN_UP = 1.25
+"""A box this far from a pit's centre does not overhang its edge yet, metres."""
 _STEP = 0.04
 """A box slides over no higher step, metres in a tenth of a metre."""
 _PATIENCE = 10.0
@@ -73,7 +75,7 @@ class PushPlan:
     """A push that has been thought through.
 
     Attributes:
-        legs: Straight parts, in order; empty when there is nothing to push or no way to push it.
+        legs: Straight parts, in order.
         margin: Least slack of all staging poses and of the legs' corridor, metres; negative: not feasible.
         reason: `"ok"`, or what is in the way.
     """
@@ -94,26 +96,30 @@ def face_for(box: Pose, direction: float) -> Face:
     return Face(wrap(direction - mismatch), mismatch)
 
 
-def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
+Split = Literal["smaller first", "larger first", "none"]
+"""Which component of a way goes first, or neither: an askew face turns at the bumper, at the cost of tries."""
+
+
+def legs_for(box: Pose, task: PushTask, pit: Pit | None, split: Split = "smaller first") -> tuple[Leg, ...]:
     """Split a push into straight legs along which the box need not be turned.
 
     The box goes straight where its face is square to the way, give or take what straightens itself. Other
-    ways are split in two along the box's own sides (before a pit: along the pit's), the smaller component
-    first.
+    ways are split in two along the box's own sides (before a pit: along the pit's).
 
     Args:
         box: Where the box is now.
         task: The push.
         pit: The task's pit.
+        split: How; before a pit only splits from which a box can drop into it.
 
     Returns:
-        One or two legs; none when a box and a pit stand too askew for the box to drop in.
+        One or two legs.
     """
     here, goal = (box.x, box.y), task.goal
     dx, dy = goal[0] - here[0], goal[1] - here[1]
     direction = math.atan2(dy, dx)
     square = abs(quarter(direction - box.yaw)) <= MAX_MISMATCH
-    axes = box.yaw
+    axes, towards = box.yaw, False
     if pit is not None:
         if pit.contains(*here):
             # It hangs at an edge: its own place says nothing about the direction it came from.
@@ -122,17 +128,18 @@ def legs_for(box: Pose, task: PushTask, pit: Pit | None) -> tuple[Leg, ...]:
             return (Leg((goal[0] - math.cos(line), goal[1] - math.sin(line)), goal, True),)
         towards = abs(quarter(direction - pit.yaw)) <= _PIT_MISMATCH
         askew = abs(quarter(box.yaw - pit.yaw)) > MAX_MISMATCH
+        # An askew box turns at the bumper while it is pushed, straight on or round a corner; that may take more tries.
         if towards and (square or askew):
-            # An askew box turns at the bumper while it is pushed; that may take a second try.
             return (Leg(here, goal, True),)
-        if askew:
-            return ()
         axes = pit.yaw
     elif square:
         return (Leg(here, goal, False),)
     c, s = math.cos(axes), math.sin(axes)
     along, aside = c * dx + s * dy, -s * dx + c * dy
-    if abs(along) < abs(aside):
+    if split == "none" and (pit is None or towards):
+        return (Leg(here, goal, pit is not None),)
+    swapped = split == "larger first" and (pit is None or min(abs(along), abs(aside)) >= _RUN_UP)
+    if (abs(along) < abs(aside)) != swapped:
         corner = (here[0] + c * along, here[1] + s * along)
     else:
         corner = (here[0] - s * aside, here[1] + c * aside)
@@ -153,7 +160,8 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
     """Whether a push is feasible geometrically, with its margin.
 
     Looks at the staging pose of every leg and at the corridor that box and robot sweep. Whether the robot
-    can reach the staging pose from where it is now is not looked at.
+    can reach the staging pose from where it is now is not looked at. A way that has to be split in two is split
+    so that both legs can be staged, or not at all where no split allows that.
 
     Args:
         scene: The scene; the box's pose is read from it.
@@ -161,10 +169,28 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
         task: The push; its start does not matter, the box's own place does.
         around: What to stay away from; the box itself is left out if it is among it.
     """
+    plans = [_with_margin(scene, box, task, legs, around) for legs in _ways_to_split(scene, box, task)]
+    return next((plan for plan in plans if plan.margin >= 0.0), max(plans, key=lambda plan: plan.margin))
+
+
+def first_legs(scene: Scene, task: PushTask, around: Surroundings) -> list[Leg]:
+    """How a push may begin from where its box is now, the best first; robots move on and are not looked at."""
+    ways = _ways_to_split(scene, task.box, task)
+    if len(ways) > 1:
+        still = replace(around, robots=())
+        # Sorting keeps the order of the splits among those that can be staged, and among those that cannot.
+        ways.sort(key=lambda legs: _with_margin(scene, task.box, task, legs, still).margin < 0.0)
+    return [legs[0] for legs in ways]
+
+
+def _ways_to_split(scene: Scene, box: int, task: PushTask) -> list[tuple[Leg, ...]]:
+    """The legs of a push, for each way to split it that differs."""
     pit = None if task.pit is None else scene.terrain.pits[task.pit]
-    legs = legs_for(scene.box(box), task, pit)
-    if not legs:
-        return PushPlan((), -1.0, "box askew to the pit")
+    splits: tuple[Split, ...] = ("smaller first", "larger first", "none")
+    return list(dict.fromkeys(legs_for(scene.box(box), task, pit, split) for split in splits))
+
+
+def _with_margin(scene: Scene, box: int, task: PushTask, legs: tuple[Leg, ...], around: Surroundings) -> PushPlan:
     others = replace(around, boxes=tuple(i for i in around.boxes if i != box))
     pits = tuple(i for i in around.open_pits if i != task.pit)
     space = FreeSpace(scene, others)

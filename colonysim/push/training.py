@@ -225,7 +225,7 @@ class _Run:
             )  # fmt: skip
             encoded, over = following, step.over
             self.actions += 1
-            if len(self.replay) >= max(config.update_from, config.batch):
+            if self.actions % config.update_every == 0 and len(self.replay) >= max(config.update_from, config.batch):
                 batch = self.replay.sample(config.batch, self.rng)
                 self._losses.append(self.learner.update(batch, self.share))
         episode.close()

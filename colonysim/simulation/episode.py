@@ -39,6 +39,11 @@ def _trigger(event: simpy.Event) -> None:
         event.succeed()
 
 
+def _raise_as_it_was(process: Any) -> None:
+    if not process.ok:
+        raise process.value
+
+
 class Episode:
     """One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
@@ -89,21 +94,22 @@ class Episode:
             rows.event("start", agent, node=node)
             self._deposit("start", agent)
         if synchronous:
-            env.process(self._ticks())
+            self._begin(self._ticks())
         else:
             self.strides = strides_of(
                 world, self.fields, self.backend, self.policy, self.memories, self.views, self.random, self.steps, rows
             )
             for agent in range(len(self.views)):
-                env.process(self._agent(agent))
+                self._begin(self._agent(agent))
         if self.backend.tick is not None:
-            env.process(self._clock(self.backend.tick))
+            self._begin(self._clock(self.backend.tick))
         limit = float("inf") if scenario.time_limit is None else scenario.time_limit
         stall, finished, agents, events = scenario.stall_seconds, self.finished, len(self.views), rows.events
         peek, step, now = env.peek, env.step, 0.0
         while True:
             due = peek()
-            if due > limit or due > self.last_outcome + stall or due == FOREVER or self.stuck or len(finished) == agents:
+            over = due > limit or due > self.last_outcome + stall or due == FOREVER
+            if over or self.stuck or len(finished) == agents:
                 break
             # All that a step runs happens at this time; asking the environment each time is slow.
             self.now = rows.now = now = due
@@ -121,6 +127,10 @@ class Episode:
             self.backend.cancel(agent)
         self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
+
+    def _begin(self, steps: Generator[simpy.Event, Any, None]) -> None:
+        """Starts a process; what it raises reaches the caller itself, where SimPy would build another one like it."""
+        self.env.process(steps).callbacks.append(_raise_as_it_was)
 
     def _how_it_ended(self) -> str:
         states = set(self.world.agent_status)
@@ -370,13 +380,25 @@ class Episode:
 
     def _clock(self, tick: float) -> Generator[simpy.Event, Any, None]:
         """Advances the backend while an action is pending; sleeps otherwise."""
+        env, advance, scenario = self.env, self.backend.advance, self.world.scenario
+        limit, stall = scenario.time_limit or float("inf"), scenario.stall_seconds
         while True:
             if not self.pending:
-                self.clock_wanted = self.env.event()
+                self.clock_wanted = env.event()
                 yield self.clock_wanted
                 self.clock_wanted = None
-            yield self.env.timeout(tick)
-            for agent, outcome in self.backend.advance(self.env.now):
+            yield env.timeout(tick)
+            began = now = env.now
+            finished = advance(now)
+            # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
+            # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
+            due, last = env.peek(), min(2 * began, limit, self.last_outcome + stall)
+            while not finished and now + tick < due and now + tick <= last:
+                now += tick
+                finished = advance(now)
+            if now > began:
+                yield env.timeout(now - began)
+            for agent, outcome in finished:
                 event = self.pending.pop(agent, None)
                 if event is not None:
                     event.succeed(outcome)

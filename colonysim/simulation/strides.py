@@ -48,7 +48,9 @@ def strides_of(
     rows: Rows,
 ) -> Strides | None:
     """The strides of an episode, or None if they would not do what policy, fields or backend say."""
-    if type(policy) is not Stigmergy or type(backend) is not NodeWorld:
+    if not isinstance(policy, Stigmergy) or not isinstance(backend, NodeWorld):
+        return None
+    if (type(policy), type(backend)) != (Stigmergy, NodeWorld):  # what is derived from them may do as it likes
         return None
     s = policy.settings
     known = {"D": Distance, "B": BoxWorth, "H": HoleTrail, "E": Exploration}

@@ -30,7 +30,7 @@ class ConformanceError(ColonysimError):
     """
 
     def __init__(self, promise: str, message: str) -> None:
-        # Both arguments, since SimPy makes a second exception from the first one's.
+        # Both arguments, so that it can be built anew, as on its way from one process to another.
         super().__init__(promise, message)
         self.promise = promise
         self.message = message

@@ -18,7 +18,7 @@ from colonysim.trace.schema import VERSION
 if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
 
-__all__ = ["MANIFEST", "begin_manifest", "build_manifest", "prepare_directory", "read_manifest", "write_manifest"]
+__all__ = ["MANIFEST", "begin_manifest", "prepare_directory", "read_manifest", "write_manifest"]
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
@@ -48,25 +48,6 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-def build_manifest(
-    scenario: Scenario,
-    *,
-    backend: str,
-    policy: str,
-    mode: str,
-    episodes: int,
-    seed: int,
-    variant: str | None = None,
-    options: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
-    """The manifest of a scenario's run that is about to start (status "running")."""
-    manifest = begin_manifest(
-        scenario.name, backend=backend, policy=policy, mode=mode, episodes=episodes, seed=seed, variant=variant,
-        options=options,
-    )  # fmt: skip
-    return {**manifest, "scenario_sha256": scenario.digest, "scenario": _plain(scenario.document)}
-
-
 def begin_manifest(
     name: str,
     *,
@@ -75,11 +56,12 @@ def begin_manifest(
     mode: str,
     episodes: int,
     seed: int,
+    scenario: Scenario | None = None,
     variant: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """What the manifests of all runs have in common, those without a scenario included."""
-    return {
+    """The manifest of a run that is about to start (status "running"); some runs have no scenario."""
+    manifest = {
         "format": FORMAT,
         "schema": VERSION,
         "status": "running",
@@ -102,6 +84,9 @@ def begin_manifest(
             "implementation": platform.python_implementation(),
         },
     }
+    if scenario is not None:
+        manifest |= {"scenario_sha256": scenario.digest, "scenario": _plain(scenario.document)}
+    return manifest
 
 
 def finish_manifest(manifest: dict[str, Any], status: str, rows: Mapping[str, int], digest: str) -> None:

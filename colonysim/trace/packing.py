@@ -17,7 +17,7 @@ except ImportError:  # it was not compiled
     Block = None  # type: ignore[assignment, misc]
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, MutableSequence, Sequence
+    from collections.abc import Iterable, Sequence
 
     from colonysim.trace.schema import Column, Table
 
@@ -100,11 +100,11 @@ class TableDigest:
         for name in self._columns:
             self.codes[name] = Codes()
 
-    def waiting(self) -> MutableSequence[tuple[object, ...]] | Block:
+    def waiting(self) -> list[tuple[object, ...]] | Block:
         """Where the table's next rows may wait for `add`: a list, or where that was compiled, columns already."""
         return [] if Block is None else Block(self.table, self._columns, self.codes)
 
-    def add(self, rows: MutableSequence[tuple[object, ...]] | Block) -> dict[str, Packed]:
+    def add(self, rows: list[tuple[object, ...]] | Block) -> dict[str, Packed]:
         """Takes the table's next rows away from where they waited and returns them as columns.
 
         Raises:
@@ -112,11 +112,11 @@ class TableDigest:
             TypeError: A value does not fit its column.
         """
         count = len(rows)
-        if Block is not None and isinstance(rows, Block):
-            packed = {name: Packed(self._columns[name], *column) for name, column in rows.take().items()}
-        else:
+        if isinstance(rows, list):
             packed = self._turn(rows)
             rows.clear()
+        else:
+            packed = {name: Packed(self._columns[name], *column) for name, column in rows.take().items()}
         for name, part in packed.items():
             if (self.table, name) not in UNHASHED:
                 self._values[name].update(_little_endian(part.values))

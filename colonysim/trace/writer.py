@@ -38,7 +38,7 @@ class TraceWriter:
 
     Args:
         directory: Where to write; an existing, empty directory. None to hash only.
-        manifest: From `build_manifest`; stored at once as "running", again at the end.
+        manifest: From `begin_manifest`; stored at once as "running", again at the end.
         drop: Tables that are neither written nor hashed.
         rows_per_part: Most rows in a part.
         flush_seconds: Shortest time between two flushes that do not come of a full table, wall clock.

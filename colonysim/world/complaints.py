@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from colonysim.world.format import FORM_TAGS, PhysicsSection, TimingSection, field_descriptions, scenario_schema
+from colonysim.world.format import FORM_TAGS, PhysicsSection, TimingSection
 from colonysim.world.places import Places, nearest_word
+from colonysim.world.schema import field_descriptions, scenario_schema
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

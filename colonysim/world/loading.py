@@ -11,12 +11,12 @@ from typing import Any
 from colonysim.errors import ScenarioError
 from colonysim.world.assemble import assemble
 from colonysim.world.complaints import unknown_field
-from colonysim.world.format import ScenarioFile, scenario_schema
+from colonysim.world.format import ScenarioFile
 from colonysim.world.places import Places, nearest_word
 from colonysim.world.scenario import Scenario
 from colonysim.world.source import MAX_DEPTH, read_file, read_text
 
-__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "scenario_schema", "variant_names"]
+__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "variant_names"]
 
 Overrides = Mapping[str, Any] | Sequence[str]
 

@@ -6,13 +6,15 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from backends.places import LANE, place, two_levels
+from backends.places import FORK, LANE, place, two_levels
 
 import colonysim
 from colonysim.backends.bullet import Bullet
 from colonysim.simulation import simulate
+from colonysim.testing import check_backend
 from colonysim.trace.reader import Run
 from colonysim.trace.schema import Event
 
@@ -61,11 +63,9 @@ def test_an_episode_depends_on_nothing_before_it() -> None:
     assert ends[0][-1][3] == "goal"
 
 
-def test_the_backend_passes_the_conformance_suite() -> None:
-    testing = pytest.importorskip("colonysim.testing")
-    if not hasattr(testing, "check_backend"):
-        pytest.skip("the conformance suite is not there yet")
-    testing.check_backend(lambda: Bullet(push="scripted"), scenarios=[place(LANE, max_steps=8)], episodes=2)
+@pytest.mark.parametrize(("push", "where", "steps"), [("staged", LANE, 6), ("scripted", FORK, 4)])
+def test_the_backend_keeps_its_promises(push: str, where: dict[str, Any], steps: int) -> None:
+    check_backend(lambda: Bullet(push=push), scenarios=[place(where, max_steps=steps)], episodes=2)
 
 
 def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(tmp_path: Path) -> None:

@@ -77,6 +77,13 @@ def test_a_run_can_start_from_another_ones_pheromones() -> None:
     assert Run.open("second").field("D") != Run.open("fresh").field("D")
 
 
+def test_a_run_without_pheromones_is_no_start() -> None:
+    colonysim("run", "sanity", "-n", 1, "--policy", "random", "--out", "markless")
+    result = colonysim("run", "sanity", "-n", 1, "--from", "markless", "--out", "second")
+    assert result.exit_code == 2 and "markless: this run left no pheromones" in result.stderr
+    assert not Path("second").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

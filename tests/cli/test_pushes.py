@@ -89,6 +89,12 @@ def test_a_record_is_drawn_from_its_directory_alone(recorded: tuple[Path, Result
         assert mistake.exit_code == 2 and said in mistake.stderr
 
 
+def test_a_colony_cannot_start_from_single_pushes(recorded: tuple[Path, Result], tmp_path: Path) -> None:
+    refused = colonysim("run", "sanity", "--from", recorded[0], "--out", tmp_path / "run")
+    assert refused.exit_code == 2 and f"{recorded[0]}: this run left no pheromones" in refused.stderr
+    assert not (tmp_path / "run").exists()
+
+
 def test_nothing_is_overwritten(recorded: tuple[Path, Result]) -> None:
     again = colonysim("evaluate", "push", "--push", "scripted", "-n", 1, "--out", recorded[0])
     assert again.exit_code == 2 and "not empty" in again.stderr
@@ -142,6 +148,7 @@ def test_the_classifier_is_trained_from_the_command_line(tmp_path: Path) -> None
         ("actions.more=3", "no parts"),
         ("actions=null", "would never end"),
         ("train_block=0", "at least 1"),
+        ("update_every=0", "at least 1"),
         ("actions", "KEY=VALUE"),
     ],
 )

@@ -196,12 +196,14 @@ class Clocked(Scripted):
         self.due: dict[int, tuple[int, object]] = {}
         self.ticks = ticks
         self.advanced = 0
+        self.times: list[float] = []
 
     def start(self, agent, intent, now):
         self.due[agent] = (self.ticks, intent)
 
     def advance(self, now):
         self.advanced += 1
+        self.times.append(now)
         done = []
         for agent, (left, intent) in list(self.due.items()):
             if left <= 1:
@@ -222,10 +224,32 @@ def test_a_ticking_backend_s_clock_runs_only_while_something_is_pending(mode):
         assert end.sim_seconds == pytest.approx(0.75 + 10.0 + 0.75)
 
 
+def test_ticks_neither_overtake_an_agent_nor_end_late():
+    """While agent 0's action lasts a thousand ticks, agent 1 looks up now and then."""
+    body, looked = Clocked(ticks=1000), []
+    body.tick = 1 / 60
+
+    def act(agent, view, n):
+        if agent == 0:
+            return Travel(view.node + 1)
+        looked.append(body.advanced)
+        return Wait((), 0.37)
+
+    events, _ = result(line(5, goal=4, agents=[0, 2], time_limit=40.0), policy=Script(act), backend=body)
+    assert looked[:5] == [int(0.37 * n * 60) for n in range(5)]
+    now, times = 0.0, []
+    for _ in range(1000):
+        now += 1 / 60
+        times.append(now)
+    assert body.times[:1000] == times
+    assert next(e.time for e in events if e.kind == "end") == now
+
+
 def test_what_is_pending_at_the_end_is_cancelled():
     body = Clocked(ticks=1000)
     _, end = result(line(3, goal=2, agents=[0], time_limit=5.0), policy=ON, backend=body)
     assert end.ended == "timeout" and body.cancelled == [0]
+    assert body.advanced == 20, "no tick beyond the limit"
 
 
 def test_a_node_that_a_body_kept_wakes_those_who_waited_for_it_when_it_is_let_go():

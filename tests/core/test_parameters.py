@@ -47,6 +47,7 @@ def policy_of(tmp_path):
     ("preset: papr", "small.yaml:7:3: policy.preset", "no preset 'papr'; did you mean 'paper'?"),
     ("preset: [paper]", "small.yaml:7:3", "no preset ['paper']"),
     ("extra_fields: [1]", "small.yaml:7:3", "policy.extra_fields"),
+    ("name: random\nbeta: 2", "small.yaml:8:3: policy.beta", "the policy 'random' has none"),
 ])  # fmt: skip
 def test_where_and_what(policy_of, text, place, words):
     with pytest.raises(ScenarioError) as error:

@@ -10,11 +10,13 @@ import pytest
 from small_worlds import line, play
 
 import colonysim
-from colonysim import load_scenario, plugins
-from colonysim.errors import ColonysimError, MissingExtraError, PluginError
+from colonysim import load_scenario, plugins, simulate
+from colonysim.backends.nodeworld import NodeWorld
+from colonysim.errors import ColonysimError, MissingExtraError, PluginError, ScenarioError
 from colonysim.pheromones import Exploration, Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.policy import Choice
+from colonysim.policies.presets import Colony
 from colonysim.world.intents import Travel
 
 SOURCE = '''
@@ -41,6 +43,10 @@ class East:
 
 class Footprints(Exploration):
     name = "footprints"
+
+
+class Ours(Exploration):
+    name = "D"
 
 
 class Nested:
@@ -151,6 +157,13 @@ def test_unknown_names_are_answered_with_the_nearest():
         make_backend("x")
     with pytest.raises(PluginError, match="no field 'scent'"):
         play(load_scenario("sanity", None, {"policy.extra_fields": ["scent"]}))
+
+
+def test_an_extra_field_takes_no_other_field_s_place(third_party):
+    for extra, name in ((["Ours"], "D"), (["Footprints", "Footprints"], "footprints")):
+        scenario = load_scenario("sanity", None, {"policy.extra_fields": [f"{third_party}:{each}" for each in extra]})
+        with pytest.raises(ScenarioError, match=f"policy.extra_fields.*: there is a field '{name}' already"):
+            play(scenario)
     with pytest.raises(ColonysimError, match="backend 'nodeworld' does not take these options"):
         make_backend("nodeworld", {"speed": 3})
 
@@ -204,3 +217,30 @@ def test_a_broken_plugin_does_not_break_the_import(tmp_path):
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[0] in ("goal", "max_steps")
     assert "broken on purpose" in done.stdout
+
+
+class BoardError(Exception):
+    """One that cannot be built anew from its `args`."""
+
+    def __init__(self, board, *, code) -> None:
+        super().__init__(f"board {board}: code {code}")
+        self.code = code
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+@pytest.mark.parametrize("where", ["decide", "start", "advance"])
+def test_an_exception_of_a_third_party_reaches_the_caller_itself(mode, where):
+    raised = BoardError(3, code=7)
+
+    def fail(*_):
+        raise raised
+
+    body, policy = NodeWorld(), Colony(line(3, agents=(2,)))
+    if where == "advance":
+        body.tick = 0.5
+        body.start = lambda *_: None
+    setattr(policy if where == "decide" else body, where, fail)
+    with pytest.raises(BoardError) as caught:
+        list(simulate(line(3, agents=(2,)), policy=policy, backend=body, mode=mode))
+    assert caught.value is raised and caught.value.__cause__ is None
+    assert caught.traceback[-1].name == "fail"

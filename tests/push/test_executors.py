@@ -6,16 +6,18 @@ import math
 import numpy as np
 import pytest
 
-from colonysim.physics import RobotSpec
+from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain
 from colonysim.push.chains import Chain, draw_chain, evaluate_chains, play_chain
-from colonysim.push.evaluation import evaluate_push, play_push, wilson
+from colonysim.push.evaluation import evaluate_push, play_push
 from colonysim.push.executors import EXECUTORS, ExecutorName, make_executor
+from colonysim.push.feasibility import load_feasibility
+from colonysim.push.gated import chance_of_push
 from colonysim.push.judging import STEP_LIMIT
-from colonysim.push.learned import rl_push
 from colonysim.push.paths import everything_else
 from colonysim.push.seeds import Purpose, episode_rng
 from colonysim.push.starts import KINDS, Start, distribution, draw
-from colonysim.push.task import Kind, run_alone
+from colonysim.push.state import observe
+from colonysim.push.task import Kind, PushTask, run_alone
 
 
 def start_of(kind: Kind, i: int, starts: str = "push") -> Start:
@@ -62,17 +64,46 @@ def test_the_script_hands_over_more_than_a_metre_from_the_box() -> None:
     assert min(gap) > 1.0
 
 
-def test_rl_is_gated_by_the_classifier_before_anything_moves() -> None:
-    start = start_of("flat", 0)
-    with start.scene() as scene:
-        result = run_alone(
-            scene,
-            0,
-            rl_push(scene, 0, start.task, choose=pytest.fail, gate=lambda state: 0.2),  # type: ignore[arg-type]
-        )
+WRONG_SIDE = Start(
+    Terrain((Ground(-9.0, -9.0, 9.0, 9.0, 0.0),)),
+    BoxSpec(0.0, 0.0, 0.0, 0.0),
+    RobotSpec(1.4, 0.0, 0.0, math.pi),
+    PushTask(0, (0.0, 0.0), (2.0, 0.0), "flat", 0.0),
+)
+"""The robot stands where the box is to go."""
+
+
+def test_rl_is_refused_by_the_classifier_before_anything_moves() -> None:
+    executor = make_executor("rl", gate=lambda state: 0.2)
+    with WRONG_SIDE.scene() as scene:
+        result = run_alone(scene, 0, executor(scene, 0, WRONG_SIDE.task, everything_else(scene, 0)))
         assert (result.success, result.reason, scene.ticks) == (False, "infeasible", 0)
-        run = make_executor("rl", gate=lambda state: 0.9)
-        assert next(run(scene, 0, start.task, everything_else(scene, 0)))
+
+
+def test_rl_goes_to_where_the_classifier_expects_it_to_succeed() -> None:
+    gate = load_feasibility()
+    told: list[tuple[str, str, int]] = []
+    task = WRONG_SIDE.task
+    with WRONG_SIDE.scene() as scene:
+        around = everything_else(scene, 0)
+        assert gate(observe(scene.robot(0), scene.box(0), task)) < 0.5 < chance_of_push(scene, 0, task, gate, around())
+        executor = make_executor("rl", gate=gate)
+        assert run_alone(scene, 0, executor(scene, 0, task, around, lambda *a: told.append(a))).success
+    first = [who for who, _, _ in told].index("network")
+    # It had to go all the way round; from then on the network chose every control.
+    assert {who for who, _, _ in told[first:]} == {"network"}
+    assert sum(ticks for who, _, ticks in told if who == "network") > 120
+
+
+def test_the_chance_of_a_push_counts_only_places_with_room_for_the_robot() -> None:
+    # Behind the box there are .9 m of ground: too little to stand on.
+    terrain = Terrain((Ground(-0.9, -9.0, 9.0, 9.0, 0.0),))
+    with Scene(terrain, [WRONG_SIDE.box], [WRONG_SIDE.robot]) as scene:
+        around = everything_else(scene, 0)
+        assert chance_of_push(scene, 0, WRONG_SIDE.task, load_feasibility(), around()) < 0.5
+        run = make_executor("rl", gate=load_feasibility())
+        result = run_alone(scene, 0, run(scene, 0, WRONG_SIDE.task, around))
+        assert (result.success, result.reason) == (False, "infeasible")
 
 
 def test_pushes_are_reproducible() -> None:
@@ -104,13 +135,6 @@ def test_untrained_weights_in_the_network_s_place_do_not_push() -> None:
 def test_the_step_limit_covers_whatever_an_executor_does() -> None:
     played = play_push(start_of("flat", 0, "coarse"), make_executor("rl", chooser="random-weights"), seed=5)
     assert played.seconds * 60 <= STEP_LIMIT["flat"] * 50 + 1
-
-
-@pytest.mark.parametrize(
-    ("wins", "trials", "low", "high"), [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (190, 200, 0.9104, 0.9726)]
-)
-def test_wilson_intervals(wins: int, trials: int, low: float, high: float) -> None:
-    assert wilson(wins, trials) == pytest.approx((low, high), abs=1e-4)
 
 
 def test_chains_turn_by_the_angles_asked_for() -> None:

@@ -116,6 +116,26 @@ def test_an_askew_box_straightens_on_its_way_to_the_pit():
         assert push(scene, PushTask(0, (0, 0), (2.4, 0), "hole", 0.0, 0)).success
 
 
+def test_an_askew_box_straightens_round_a_corner():
+    pit = Pit(1.4, 1.4, 0.0)
+    with Scene(Terrain((GROUND,), (pit,)), [BoxSpec(0, 0, 0, 0.5)], [RobotSpec(-2, 0, 0, 0)]) as scene:
+        assert push(scene, PushTask(0, (0, 0), (1.4, 1.4), "hole", 0.0, 0)).success
+
+
+def test_a_push_is_split_so_that_no_leg_is_staged_in_a_pit():
+    # Upwards first, then to the left, would be staged in the pit on the right.
+    pit = Pit(1.45, 1.3, 0.0)
+    with Scene(Terrain((GROUND,), (pit,)), [BoxSpec(0, 0, 0, 0)], [RobotSpec(-1.5, -1.5, 0, 0)]) as scene:
+        task = PushTask(0, (0, 0), (-1.4, 1.3), "flat", 0.0)
+        around = everything_else(scene, 0)()
+        first = legs_for(scene.box(0), task, None)[0]
+        assert first.goal == pytest.approx((0, 1.3))
+        plan = plan_push(scene, 0, task, around)
+        assert plan.legs[0].goal == pytest.approx((-1.4, 0))
+        assert plan.margin >= 0.0
+        assert push(scene, task).success
+
+
 def test_no_room_behind_the_box_is_a_reason_not_a_hang():
     terrain = Terrain((Ground(-0.9, -6, 6, 6, 0.0),))
     with Scene(terrain, [BoxSpec(0, 0, 0, 0)], [RobotSpec(1.5, 2, 0, 0)]) as scene:

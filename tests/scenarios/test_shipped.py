@@ -9,13 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from colonysim.world.loading import (
-    list_scenarios,
-    load_scenario,
-    scenario_from_document,
-    scenario_schema,
-    variant_names,
-)
+from colonysim.world.loading import list_scenarios, load_scenario, scenario_from_document, variant_names
+from colonysim.world.schema import scenario_schema
 from colonysim.world.source import read_text
 
 ROOT = Path(__file__).parent.parent.parent

@@ -1,0 +1,199 @@
+"""The paper's ablations of the push: batch size, exploration steps, target update; one network or one a terrain.
+
+As in the paper the first three are trained on holes alone, around b = 128, S = 1000, M = 300, and tests during the
+exploration are left out. Of the values of M only the smallest is printed there. "Individual" networks are trained on
+one terrain (that of the hole is the base of all other rows too), "all-in-one" on all three. After every training the
+`rl` executor pushes from the frozen start distribution on each of its terrains, on tuning seeds.
+
+Every training is one unit: its row is written to the results file when it has ended, a training that was stopped goes
+on from its checkpoint, and what is there already is skipped. Seed by seed, so that a grid that was stopped early
+compares equals.
+
+    python benchmarks/push_ablation.py run --seeds 0 1 2 --workers 2
+    python benchmarks/push_ablation.py table
+    python benchmarks/push_ablation.py plot --out docs/images
+"""
+
+import argparse
+import dataclasses
+import json
+import os
+import statistics
+import time
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from colonysim.push.cards import replace_file
+from colonysim.push.evaluation import evaluate_push
+from colonysim.push.presets import PRESETS, TrainingConfig
+from colonysim.push.seeds import Purpose
+from colonysim.push.starts import KINDS
+from colonysim.push.task import Kind
+from colonysim.push.training import train_push
+
+RESULTS = Path(__file__).parent.parent / "docs" / "results" / "push_ablation.jsonl"
+HOLE: tuple[tuple[Kind, float], ...] = (("hole", 1.0),)
+GRID: dict[str, tuple[str, ...]] = {
+    "batch size b": ("batch 64", "base", "batch 256"),
+    "exploration steps S": ("base", "explore 3000", "explore 5000"),
+    "target update M": ("base", "target 600", "target 1200"),
+    "one network or three": ("individual flat", "individual slope", "base", "all-in-one"),
+}
+"""What is compared with what: names of settings, `base` being b = 128, S = 1000, M = 300 on holes."""
+LABELS = {"batch size b": "b = 128", "exploration steps S": "S = 1000", "target update M": "M = 300"}
+
+
+def config_of(setting: str, base: str, episodes: int) -> TrainingConfig:
+    """The configuration of a setting: the preset `base` with the paper's b, S and M, but for what the setting says."""
+    preset = PRESETS[base]
+    config = dataclasses.replace(
+        preset, name=f"{base}, {setting}", actions=None, episodes=episodes, batch=128, explore=1000, kinds=HOLE,
+        train_block=20, test_block=20, learner=dataclasses.replace(preset.learner, target_every=300),
+        candidates=1, score_blocks=1,
+    )  # fmt: skip
+    what, _, value = setting.partition(" ")
+    if what == "batch":
+        return dataclasses.replace(config, batch=int(value))
+    if what == "explore":
+        return dataclasses.replace(config, explore=int(value))
+    if what == "target":
+        return dataclasses.replace(config, learner=dataclasses.replace(config.learner, target_every=int(value)))
+    if what == "individual":
+        only = next(kind for kind in KINDS if kind == value)
+        return dataclasses.replace(config, kinds=((only, 1.0),))
+    if what == "all-in-one":
+        return dataclasses.replace(config, kinds=preset.kinds)
+    return config
+
+
+def measure(setting: str, base: str, episodes: int, seed: int, pushes: int, work: Path) -> dict[str, Any]:
+    """One training, taken up where it was left, and the pushes after it."""
+    began = time.process_time()
+    config = config_of(setting, base, episodes)
+    folder = work / f"{base}-{episodes}-{setting.replace(' ', '-')}-{seed}"
+    trained = train_push(config, folder, seed, resume=True)
+    assert trained is not None
+    found = evaluate_push(
+        "rl", episodes=pushes, seed=seed, terrains=tuple(kind for kind, _ in config.kinds), model=trained.card,
+        testing=config.testing, purpose=Purpose.TUNE,
+    )  # fmt: skip
+    return {
+        "setting": setting, "base": base, "episodes": episodes, "seed": seed, "pushes": pushes,
+        "peak_episode": trained.peak_episode, "actions": trained.history[-1].actions,
+        "tests": [
+            [p.episodes, p.actions, round(p.success, 4), round(p.reward, 4)]
+            for p in trained.history
+            if p.actions > config.explore
+        ],
+        "pushed": {kind: [r["success"], round(r["reward_mean"], 4)] for kind, r in found.items()},
+        "cpu_seconds": round(time.process_time() - began, 1),
+    }  # fmt: skip
+
+
+def read(path: Path) -> list[dict[str, Any]]:
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line]
+
+
+def append(path: Path, row: dict[str, Any]) -> None:
+    old = path.read_text(encoding="utf-8") if path.exists() else ""
+    replace_file(path, (old + json.dumps(row) + "\n").encode())
+
+
+def unit(row: dict[str, Any]) -> tuple[str, str, int, int]:
+    return row["setting"], row["base"], row["episodes"], row["seed"]
+
+
+def run(given: argparse.Namespace) -> None:
+    settings = list(dict.fromkeys(name for names in GRID.values() for name in names if name in given.settings))
+    done = {unit(row) for row in read(given.results)}
+    wanted = [(name, given.base, given.episodes, seed) for seed in given.seeds for name in settings]
+    left = [one for one in wanted if one not in done]
+    print(f"{len(left)} of {len(wanted)} trainings to do", flush=True)
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    with ProcessPoolExecutor(given.workers, max_tasks_per_child=1) as pool:
+        jobs = [pool.submit(measure, *one, given.pushes, given.work) for one in left]
+        for job in as_completed(jobs):
+            row = job.result()
+            append(given.results, row)
+            print(f"{row['setting']} seed {row['seed']}: {row['pushed']}, {row['cpu_seconds']} s", flush=True)
+
+
+def spread(values: Iterable[float]) -> str:
+    values = list(values)
+    if len(values) < 2:
+        return " ".join(f"{value:.2f}" for value in values) or "-"
+    return f"{statistics.fmean(values):.2f} ({min(values):.2f} to {max(values):.2f})"
+
+
+def end_of(row: dict[str, Any], column: int) -> float:
+    """Mean of the last 150 test episodes, or of the last third of the tests if those are fewer."""
+    tests = row["tests"]
+    last = min(8, max(1, len(tests) // 3))
+    return statistics.fmean(test[column] for test in tests[-last:])
+
+
+def table(given: argparse.Namespace) -> None:
+    rows = [row for row in read(given.results) if (row["base"], row["episodes"]) == (given.base, given.episodes)]
+    for title, names in GRID.items():
+        about = f"preset {given.base}, {given.episodes} training episodes"
+        print(f"\n{title} ({about}; mean, least to largest of the seeds)\n")
+        if title != "one network or three":
+            print("| | seeds | reward of the tests, whole training | reward of the last tests | success of them |")
+            print("|---|---|---|---|---|")
+        else:
+            print("| | seeds | flat | slope | hole | training actions |\n|---|---|---|---|---|---|")
+        for name in names:
+            here = [row for row in rows if row["setting"] == name]
+            label = LABELS.get(title, "individual hole") if name == "base" else name
+            if title != "one network or three":
+                whole = spread(statistics.fmean(test[3] for test in row["tests"]) for row in here)
+                print(
+                    f"| {label} | {len(here)} | {whole} | {spread(end_of(r, 3) for r in here)} | "
+                    f"{spread(end_of(r, 2) for r in here)} |"
+                )
+            else:
+                cells = [spread(r["pushed"][kind][0] for r in here if kind in r["pushed"]) for kind in KINDS]
+                mean = f"{statistics.fmean(r['actions'] for r in here):.0f}" if here else "-"
+                print(f"| {label} | {len(here)} | {' | '.join(cells)} | {mean} |")
+
+
+def plot(given: argparse.Namespace) -> None:
+    from colonysim.plots.learning import ablation_figure
+
+    rows = [row for row in read(given.results) if (row["base"], row["episodes"]) == (given.base, given.episodes)]
+    panels = {
+        title: {
+            LABELS[title] if name == "base" else name: [row["tests"] for row in rows if row["setting"] == name]
+            for name in names
+        }
+        for title, names in GRID.items()
+        if title in LABELS
+    }
+    figure = ablation_figure(panels, f"preset {given.base}, holes")
+    given.out.mkdir(parents=True, exist_ok=True)
+    figure.savefig(given.out / "push-ablation.png", dpi=120)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["run", "table", "plot"])
+    parser.add_argument("--base", choices=list(PRESETS), default="paper", help="preset that is ablated")
+    parser.add_argument("--episodes", type=int, default=400, help="training episodes, exploration not counted")
+    parser.add_argument("--pushes", type=int, default=200, help="pushes a terrain after each training")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    every = sorted({name for names in GRID.values() for name in names})
+    parser.add_argument("--settings", nargs="+", default=every, choices=every)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--work", type=Path, default=Path("runs/push-ablation"), help="checkpoints and networks")
+    parser.add_argument("--out", type=Path, default=Path("docs/images"), help="where plots go")
+    given = parser.parse_args()
+    {"run": run, "table": table, "plot": plot}[given.what](given)
+
+
+if __name__ == "__main__":
+    main()
