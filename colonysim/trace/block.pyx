@@ -2,6 +2,7 @@
 """Rows that become columns as they come, in C; where it was not compiled a list of tuples does the same, more slowly."""
 
 from cpython cimport array
+from cpython.number cimport PyNumber_Index
 import array
 
 cdef array.array LONGS = array.array("q")
@@ -32,7 +33,7 @@ cdef class _Column:
         self.sizes = array.clone(LONGS, 0, False) if self.kind > 3 else None
 
     cdef int put(self, value) except -1:
-        cdef long long whole
+        cdef long long whole  # only by way of its index: a float must not be cut off in an integer column
         cdef double number
         cdef Py_ssize_t n = len(self.values)
         cdef array.array sizes
@@ -41,7 +42,7 @@ cdef class _Column:
             array.resize_smart(self.values, n + 1)
             self.values.data.as_doubles[n] = number
         elif self.kind == 0 or self.kind == 2:
-            whole = value if self.kind == 0 else self.codes[value]
+            whole = PyNumber_Index(value if self.kind == 0 else self.codes[value])
             array.resize_smart(self.values, n + 1)
             self.values.data.as_longlongs[n] = whole
         elif self.kind == 3:
@@ -51,7 +52,7 @@ cdef class _Column:
         else:
             for item in value:
                 if self.kind == 4:
-                    whole = item
+                    whole = PyNumber_Index(item)
                     array.resize_smart(self.values, n + 1)
                     self.values.data.as_longlongs[n] = whole
                 else:

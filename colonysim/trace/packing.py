@@ -105,7 +105,7 @@ class TableDigest:
         return [] if Block is None else Block(self.table, self._columns, self.codes)
 
     def add(self, rows: list[tuple[object, ...]] | Block) -> dict[str, Packed]:
-        """Takes the table's next rows away from where they waited and returns them as columns.
+        """Takes the table's next rows and returns them as columns; a block is empty then, a list is left as it is.
 
         Raises:
             ValueError: A row has another number of values than the table has columns.
@@ -114,7 +114,6 @@ class TableDigest:
         count = len(rows)
         if isinstance(rows, list):
             packed = self._turn(rows)
-            rows.clear()
         else:
             packed = {name: Packed(self._columns[name], *column) for name, column in rows.take().items()}
         for name, part in packed.items():

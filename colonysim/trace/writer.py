@@ -115,6 +115,8 @@ class TraceWriter:
             return
         with _Undisturbed():
             columns = self._digests[table].add(rows)
+            if isinstance(rows, list):
+                rows.clear()
             if self.directory is None:
                 return
             packed = self._packed[table]

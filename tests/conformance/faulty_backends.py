@@ -230,7 +230,7 @@ class Guesser(NodeWorld):
     """Draws from the stream of durations whenever it is asked what could be done."""
 
     def footprint(self, agent, intent):
-        for draw in self._random:
+        for draw in self.jitters:
             draw()
         return super().footprint(agent, intent)
 

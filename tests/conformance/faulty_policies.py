@@ -54,7 +54,7 @@ class SeesReservations(Uniform):
     """Draws once more if anything is reserved anywhere."""
 
     def decide(self, view, memory, random):
-        if any(agent >= 0 for agent in view._world._holder):
+        if any(agent >= 0 for agent in view._world.node_holder):
             random.random()
         return super().decide(view, memory, random)
 
@@ -173,7 +173,7 @@ class _Spilling(Exploration):
     def deposit(self, visit: Any) -> list[Write]:
         writes = list(super().deposit(visit))
         for node in self._world.topology.neighbours[visit.node]:
-            self._stored[node] = self._stored.get(node, 0.0) + 0.1
+            self.stored[node] = self.stored.get(node, 0.0) + 0.1
         return writes
 
 

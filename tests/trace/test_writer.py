@@ -89,8 +89,8 @@ def test_a_row_that_does_not_fit_is_refused() -> None:
     for row, error in [((1, 0.5), ValueError), ((1, "late", 0, "script", "travel", 50), TypeError),
                        ((1.5, 0.5, 0, "script", "travel", 50), TypeError)]:  # fmt: skip
         writer = TraceWriter(None, manifest())
-        writer.write("controls", row)
-        with pytest.raises(error, match="controls"):
+        with pytest.raises(error, match="controls"):  # at once, or when rows become columns
+            writer.write("controls", row)
             writer.flush()
 
 
