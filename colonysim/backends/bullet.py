@@ -180,31 +180,33 @@ class Bullet:
         scene = self._open()
         self._now = now
         finished = []
-        for agent in sorted(self._actions):
-            action = self._actions[agent]
+        ticks, drive = self._ticks, scene.drive
+        for agent, action in sorted(self._actions.items()):
             try:
-                speeds = next(action.manoeuvre)
+                left, right = speeds = next(action.manoeuvre)
             except StopIteration as end:
-                scene.drive(agent, 0.0, 0.0)
+                drive(agent, 0.0, 0.0)
                 del self._actions[agent]
                 finished.append(Finished(agent, self._outcome(agent, action, end.value)))
                 continue
-            if self._ticks >= action.look_at and (self._ticks + agent) % LOOK_TICKS == 0:
-                others = [scene.robot(i) for i in scene.present_robots() if i != agent]
-                here = scene.robot(agent)
+            if ticks >= action.look_at and (ticks + agent) % LOOK_TICKS == 0:
+                others = [scene.course(i) for i in scene.present_robots() if i != agent]
+                here = scene.course(agent)
                 action.held = closing_in(here, speeds, others)
-                action.look_at = self._ticks + ticks_until_close(here, others)
+                action.look_at = ticks + ticks_until_close(here, others)
             if action.held:
-                scene.drive(agent, 0.0, 0.0)
+                drive(agent, 0.0, 0.0)
             else:
-                scene.drive(agent, speeds.left, speeds.right)
+                drive(agent, left, right)
         scene.tick()
-        self._ticks += 1
-        if self._ticks % POSE_TICKS == 0:
+        self._ticks = ticks = ticks + 1
+        if ticks % POSE_TICKS == 0:
+            rows = self._rows
             for agent, action in self._actions.items():
-                self._record_pose("agent", agent)
+                rows.append(TraceRow("poses", (now, "agent", agent, *scene.robot(agent))))
                 if isinstance(action.intent, Push):
-                    self._record_pose("box", action.intent.box)
+                    box = action.intent.box
+                    rows.append(TraceRow("poses", (now, "box", box, *scene.box(box))))
         return finished
 
     def cancel(self, agent: int) -> None:

@@ -11,13 +11,14 @@ from colonysim.physics import MAX_WHEEL_SPEED, TICK_SECONDS, WHEEL_RADIUS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from colonysim.physics import Pose, WheelSpeeds
+    from colonysim.physics import WheelSpeeds
     from colonysim.world.state import Place
     from colonysim.world.topology import Topology
 
 __all__ = ["LOOK_TICKS", "Traffic", "closing_in", "segment_distance", "ticks_until_close"]
 
 Point: TypeAlias = tuple[float, float]
+Course: TypeAlias = tuple[float, float, float]
 
 CLEARANCE = 1.0
 """Two robots whose centres stay this far apart do not touch, whichever way they turn, metres."""
@@ -78,27 +79,32 @@ class Traffic:
         return frozenset(near)
 
 
-def closing_in(robot: Pose, speeds: WheelSpeeds, others: Iterable[Pose]) -> bool:
+def closing_in(robot: Course, speeds: WheelSpeeds, others: Iterable[Course]) -> bool:
     """Whether a robot that goes on like this is about to run into another one.
 
     Reservations keep robots apart that keep to their ways. A network that lines up for a push may back away from
     them; then this is what stops it, and it chooses again.
+
+    Args:
+        robot: x, y and yaw.
+        speeds: What its wheels are about to do.
+        others: x, y and yaw of the other robots.
     """
     speed = (speeds.left + speeds.right) * WHEEL_RADIUS / 2
     if abs(speed) < _TURNING:
         return False
-    way = math.copysign(1.0, speed)
-    c, s = way * math.cos(robot.yaw), way * math.sin(robot.yaw)
+    x, y, yaw = robot
     reach = _BUMP + _BRAKING * abs(speed)
-    for other in others:
-        dx, dy = other.x - robot.x, other.y - robot.y
-        if dx * dx + dy * dy < reach * reach and c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE:
-            return True
-    return False
+    near = [(dx, dy) for u, v, _ in others if (dx := u - x) * dx + (dy := v - y) * dy < reach * reach]
+    if not near:
+        return False
+    way = math.copysign(1.0, speed)
+    c, s = way * math.cos(yaw), way * math.sin(yaw)
+    return any(c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE for dx, dy in near)
 
 
-def ticks_until_close(robot: Pose, others: Iterable[Pose]) -> int:
-    """For how many ticks no other robot can come near."""
+def ticks_until_close(robot: Course, others: Iterable[Course]) -> int:
+    """For how many ticks no other robot can come near; all given by x, y and yaw."""
     nearest = min([math.dist(robot[:2], other[:2]) for other in others], default=math.inf)
     spare = min(nearest, _FAR) - _BUMP - _BRAKING * _FASTEST
     # A pose that is no number is looked at in every tick.
