@@ -52,10 +52,13 @@ class Traffic:
         key = (i, j)
         found = self._conflicts.get(key)
         if found is None:
-            start, end = self._places[i], self._places[j]
+            places = self._places
+            start, end = places[i], places[j]
             near: set[Place] = {j, (min(i, j), max(i, j))}
             for a, b in self._edges:
-                if not {a, b} & {i, j} and segment_distance(start, end, self._places[a], self._places[b]) < CLEARANCE:
+                if a in key or b in key or _far_apart(start, end, places[a], places[b]):
+                    continue
+                if segment_distance(start, end, places[a], places[b]) < CLEARANCE:
                     near.add((a, b))
             found = self._conflicts[key] = frozenset(near)
         return found
@@ -74,7 +77,10 @@ class Traffic:
             if node != here and any(segment_distance(a, b, place, place) < CLEARANCE for a, b in legs):
                 near.add(node)
         for i, j in self._edges:
-            if any(segment_distance(a, b, self._places[i], self._places[j]) < CLEARANCE for a, b in legs):
+            start, end = self._places[i], self._places[j]
+            if any(
+                not _far_apart(a, b, start, end) and segment_distance(a, b, start, end) < CLEARANCE for a, b in legs
+            ):
                 near.add((i, j))
         return frozenset(near)
 
@@ -109,6 +115,16 @@ def ticks_until_close(robot: Course, others: Iterable[Course]) -> int:
     spare = min(nearest, _FAR) - _BUMP - _BRAKING * _FASTEST
     # A pose that is no number is looked at in every tick.
     return int(spare / (2 * _FASTEST * TICK_SECONDS)) if spare > 0.0 else 0
+
+
+def _far_apart(a: Point, b: Point, c: Point, d: Point) -> bool:
+    """Whether the upright rectangles around two segments are CLEARANCE apart or more: asked first, for most are."""
+    return (
+        min(a[0], b[0]) - max(c[0], d[0]) >= CLEARANCE
+        or min(c[0], d[0]) - max(a[0], b[0]) >= CLEARANCE
+        or min(a[1], b[1]) - max(c[1], d[1]) >= CLEARANCE
+        or min(c[1], d[1]) - max(a[1], b[1]) >= CLEARANCE
+    )
 
 
 def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:

@@ -50,7 +50,8 @@ class Pilot:
         self.begun = scene.time
         self.deadline = scene.time + limit
         self._log = log
-        self._control: tuple[Chooser, str] | None = None
+        self._chooser: Chooser = "script"
+        self._control = ""
         self._ticks = 0
 
     @property
@@ -73,9 +74,9 @@ class Pilot:
 
     def note(self, control: str, chooser: Chooser = "script") -> None:
         """A control is held for one more tick."""
-        if self._control != (chooser, control):
+        if control != self._control or chooser != self._chooser:
             self.flush()
-            self._control = (chooser, control)
+            self._control, self._chooser = control, chooser
         self._ticks += 1
 
     def fault(self) -> str | None:
@@ -83,15 +84,13 @@ class Pilot:
         scene = self.scene
         if scene.time >= self.deadline:
             return "timeout"
-        if scene.ticks % _FAULT_TICKS == 0:
-            return scene.robot_fault(self.robot)
-        return None
+        return None if scene.ticks % _FAULT_TICKS else scene.robot_fault(self.robot)
 
     def flush(self) -> None:
         """Report the control held so far to the log; to be called at a manoeuvre's end."""
-        if self._control is not None and self._ticks:
-            self._log(*self._control, self._ticks)
-        self._control, self._ticks = None, 0
+        if self._ticks:
+            self._log(self._chooser, self._control, self._ticks)
+        self._control, self._ticks = "", 0
 
     def wait(self, seconds: float) -> Part:
         """Stand still."""

@@ -17,6 +17,7 @@ PIT_DEPTH = 0.25
 network was trained with pits one box deep, and only the topmost free place of a deeper one matters."""
 HOLD = 0.3
 """Closer to the goal than this, metres, the direction from box to goal says nothing any more."""
+_make = tuple.__new__
 
 
 class State(NamedTuple):
@@ -96,16 +97,20 @@ def observe(robot: Pose, box: Pose, task: PushTask) -> State:
     gx, gy = task.goal[0] - robot.x, task.goal[1] - robot.y
     node = task.rim - (PIT_DEPTH if task.kind == "hole" else 0.0)
     yaw_agent = wrap(robot.yaw - line)
-    return State(
-        c * bx + s * by,
-        -s * bx + c * by,
-        box.z - robot.z,
-        _tilt(box, line),
-        wrap(fold(box.yaw - line) - yaw_agent),
-        c * gx + s * gy,
-        -s * gx + c * gy,
-        node - robot.z,
-        yaw_agent,
+    # Made in every tick of a push: half the time of State(...).
+    return _make(
+        State,
+        (
+            c * bx + s * by,
+            -s * bx + c * by,
+            box.z - robot.z,
+            _tilt(box, line),
+            wrap(fold(box.yaw - line) - yaw_agent),
+            c * gx + s * gy,
+            -s * gx + c * gy,
+            node - robot.z,
+            yaw_agent,
+        ),
     )
 
 
