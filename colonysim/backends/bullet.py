@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
     from colonysim.world.intents import Intent
+    from colonysim.world.scenario import Scenario
     from colonysim.world.state import Place, World
 
 __all__ = ["Bullet"]
@@ -89,6 +90,7 @@ class Bullet:
         self._foresee = load_feasibility() if self.push == "rl" else None
         self._execute: Executor = make_executor(self.push, model=model, gate=self._foresee)
         self._scene: Scene | None = None
+        self._laid_out: Scenario | None = None
 
     # -- the protocol ----------------------------------------------------------------------------------------------
 
@@ -97,8 +99,10 @@ class Bullet:
         self._free_scene()
         self._world = world
         self._streams = streams
-        self._layout = lay_out(world.scenario)
-        self._traffic = Traffic(world.topology, self._layout.places)
+        if world.scenario is not self._laid_out:
+            self._laid_out = world.scenario
+            self._layout = lay_out(world.scenario)
+            self._traffic = Traffic(world.topology, self._layout.places)
         try:
             self._scene = Scene(self._layout.terrain, self._layout.boxes, self._layout.robots, gui=self._gui)
         except MissingEngineError as error:

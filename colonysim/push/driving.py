@@ -231,9 +231,10 @@ class Pilot:
         """Whether another robot is at a point ahead and would be approached by going there."""
 
         def blocked(ahead: Point) -> bool:
-            here, scene = self.pose, self.scene
+            scene = self.scene
+            here = scene.course(self.robot)
             for i in scene.present_robots():
-                other = scene.robot(i)
+                other = scene.course(i)
                 there = math.dist(ahead, other[:2])
                 if (
                     there < ROBOT_CLEARANCE - 0.06
