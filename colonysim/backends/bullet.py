@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
     from colonysim.world.intents import Intent
+    from colonysim.world.scenario import Scenario
     from colonysim.world.state import Place, World
 
 __all__ = ["Bullet"]
@@ -89,6 +90,7 @@ class Bullet:
         self._foresee = load_feasibility() if self.push == "rl" else None
         self._execute: Executor = make_executor(self.push, model=model, gate=self._foresee)
         self._scene: Scene | None = None
+        self._laid_out: Scenario | None = None
 
     # -- the protocol ----------------------------------------------------------------------------------------------
 
@@ -97,8 +99,10 @@ class Bullet:
         self._free_scene()
         self._world = world
         self._streams = streams
-        self._layout = lay_out(world.scenario)
-        self._traffic = Traffic(world.topology, self._layout.places)
+        if world.scenario is not self._laid_out:
+            self._laid_out = world.scenario
+            self._layout = lay_out(world.scenario)
+            self._traffic = Traffic(world.topology, self._layout.places)
         try:
             self._scene = Scene(self._layout.terrain, self._layout.boxes, self._layout.robots, gui=self._gui)
         except MissingEngineError as error:
@@ -180,31 +184,33 @@ class Bullet:
         scene = self._open()
         self._now = now
         finished = []
-        for agent in sorted(self._actions):
-            action = self._actions[agent]
+        ticks, drive = self._ticks, scene.drive
+        for agent, action in sorted(self._actions.items()):
             try:
-                speeds = next(action.manoeuvre)
+                left, right = speeds = next(action.manoeuvre)
             except StopIteration as end:
-                scene.drive(agent, 0.0, 0.0)
+                drive(agent, 0.0, 0.0)
                 del self._actions[agent]
                 finished.append(Finished(agent, self._outcome(agent, action, end.value)))
                 continue
-            if self._ticks >= action.look_at and (self._ticks + agent) % LOOK_TICKS == 0:
-                others = [scene.robot(i) for i in scene.present_robots() if i != agent]
-                here = scene.robot(agent)
+            if ticks >= action.look_at and (ticks + agent) % LOOK_TICKS == 0:
+                others = [scene.course(i) for i in scene.present_robots() if i != agent]
+                here = scene.course(agent)
                 action.held = closing_in(here, speeds, others)
-                action.look_at = self._ticks + ticks_until_close(here, others)
+                action.look_at = ticks + ticks_until_close(here, others)
             if action.held:
-                scene.drive(agent, 0.0, 0.0)
+                drive(agent, 0.0, 0.0)
             else:
-                scene.drive(agent, speeds.left, speeds.right)
+                drive(agent, left, right)
         scene.tick()
-        self._ticks += 1
-        if self._ticks % POSE_TICKS == 0:
+        self._ticks = ticks = ticks + 1
+        if ticks % POSE_TICKS == 0:
+            rows = self._rows
             for agent, action in self._actions.items():
-                self._record_pose("agent", agent)
+                rows.append(TraceRow("poses", (now, "agent", agent, *scene.robot(agent))))
                 if isinstance(action.intent, Push):
-                    self._record_pose("box", action.intent.box)
+                    box = action.intent.box
+                    rows.append(TraceRow("poses", (now, "box", box, *scene.box(box))))
         return finished
 
     def cancel(self, agent: int) -> None:

@@ -11,13 +11,14 @@ from colonysim.physics import MAX_WHEEL_SPEED, TICK_SECONDS, WHEEL_RADIUS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from colonysim.physics import Pose, WheelSpeeds
+    from colonysim.physics import WheelSpeeds
     from colonysim.world.state import Place
     from colonysim.world.topology import Topology
 
 __all__ = ["LOOK_TICKS", "Traffic", "closing_in", "segment_distance", "ticks_until_close"]
 
 Point: TypeAlias = tuple[float, float]
+Course: TypeAlias = tuple[float, float, float]
 
 CLEARANCE = 1.0
 """Two robots whose centres stay this far apart do not touch, whichever way they turn, metres."""
@@ -51,10 +52,13 @@ class Traffic:
         key = (i, j)
         found = self._conflicts.get(key)
         if found is None:
-            start, end = self._places[i], self._places[j]
+            places = self._places
+            start, end = places[i], places[j]
             near: set[Place] = {j, (min(i, j), max(i, j))}
             for a, b in self._edges:
-                if not {a, b} & {i, j} and segment_distance(start, end, self._places[a], self._places[b]) < CLEARANCE:
+                if a in key or b in key or _far_apart(start, end, places[a], places[b]):
+                    continue
+                if segment_distance(start, end, places[a], places[b]) < CLEARANCE:
                     near.add((a, b))
             found = self._conflicts[key] = frozenset(near)
         return found
@@ -73,36 +77,54 @@ class Traffic:
             if node != here and any(segment_distance(a, b, place, place) < CLEARANCE for a, b in legs):
                 near.add(node)
         for i, j in self._edges:
-            if any(segment_distance(a, b, self._places[i], self._places[j]) < CLEARANCE for a, b in legs):
+            start, end = self._places[i], self._places[j]
+            if any(
+                not _far_apart(a, b, start, end) and segment_distance(a, b, start, end) < CLEARANCE for a, b in legs
+            ):
                 near.add((i, j))
         return frozenset(near)
 
 
-def closing_in(robot: Pose, speeds: WheelSpeeds, others: Iterable[Pose]) -> bool:
+def closing_in(robot: Course, speeds: WheelSpeeds, others: Iterable[Course]) -> bool:
     """Whether a robot that goes on like this is about to run into another one.
 
     Reservations keep robots apart that keep to their ways. A network that lines up for a push may back away from
     them; then this is what stops it, and it chooses again.
+
+    Args:
+        robot: x, y and yaw.
+        speeds: What its wheels are about to do.
+        others: x, y and yaw of the other robots.
     """
     speed = (speeds.left + speeds.right) * WHEEL_RADIUS / 2
     if abs(speed) < _TURNING:
         return False
-    way = math.copysign(1.0, speed)
-    c, s = way * math.cos(robot.yaw), way * math.sin(robot.yaw)
+    x, y, yaw = robot
     reach = _BUMP + _BRAKING * abs(speed)
-    for other in others:
-        dx, dy = other.x - robot.x, other.y - robot.y
-        if dx * dx + dy * dy < reach * reach and c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE:
-            return True
-    return False
+    near = [(dx, dy) for u, v, _ in others if (dx := u - x) * dx + (dy := v - y) * dy < reach * reach]
+    if not near:
+        return False
+    way = math.copysign(1.0, speed)
+    c, s = way * math.cos(yaw), way * math.sin(yaw)
+    return any(c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE for dx, dy in near)
 
 
-def ticks_until_close(robot: Pose, others: Iterable[Pose]) -> int:
-    """For how many ticks no other robot can come near."""
+def ticks_until_close(robot: Course, others: Iterable[Course]) -> int:
+    """For how many ticks no other robot can come near; all given by x, y and yaw."""
     nearest = min([math.dist(robot[:2], other[:2]) for other in others], default=math.inf)
     spare = min(nearest, _FAR) - _BUMP - _BRAKING * _FASTEST
     # A pose that is no number is looked at in every tick.
     return int(spare / (2 * _FASTEST * TICK_SECONDS)) if spare > 0.0 else 0
+
+
+def _far_apart(a: Point, b: Point, c: Point, d: Point) -> bool:
+    """Whether the upright rectangles around two segments are CLEARANCE apart or more: asked first, for most are."""
+    return (
+        min(a[0], b[0]) - max(c[0], d[0]) >= CLEARANCE
+        or min(c[0], d[0]) - max(a[0], b[0]) >= CLEARANCE
+        or min(a[1], b[1]) - max(c[1], d[1]) >= CLEARANCE
+        or min(c[1], d[1]) - max(a[1], b[1]) >= CLEARANCE
+    )
 
 
 def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:

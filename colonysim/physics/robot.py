@@ -7,6 +7,7 @@ Sideways sliding of tyres is therefore modelled as a capped force, not as slip a
 """
 
 import math
+from math import asin, atan2
 from typing import NamedTuple
 
 from colonysim.physics.engine import Engine
@@ -45,6 +46,7 @@ _DROWSY = 1e-3
 _LOOK_TICKS = 5
 _FALLING = 0.05
 _FORCE_AT = (0.0, 0.0, -0.19)
+_make = tuple.__new__
 
 
 class WheelSpeeds(NamedTuple):
@@ -66,23 +68,27 @@ def wheel_speeds(forward: float, turn: float) -> WheelSpeeds:
     if abs(left) > MAX_WHEEL_SPEED or abs(right) > MAX_WHEEL_SPEED:
         fastest = max(abs(left), abs(right))
         left, right = left * MAX_WHEEL_SPEED / fastest, right * MAX_WHEEL_SPEED / fastest
-    return WheelSpeeds(left, right)
+    # Made for every moving robot in every tick: half the time of WheelSpeeds(left, right).
+    return _make(WheelSpeeds, (left, right))
 
 
 def origin_pose(position: Vec3, rotation: Quat) -> Pose:
     """The robot's pose, its origin on the ground, from the pose of its chassis."""
-    # Asked for by every moving robot in every tick: `euler` is written out here.
+    # Asked for by every robot that is looked at: `euler` is written out here.
     px, py, pz = position
     x, y, z, w = rotation
     upright = 1 - 2 * (x * x + y * y)
     lean, tip = 2 * (w * x + y * z), 2 * (w * y - z * x)
-    return Pose(
-        px - _CENTRE * (2 * (x * z + w * y)),
-        py - _CENTRE * (2 * (y * z - w * x)),
-        pz - _CENTRE * upright,
-        math.atan2(lean, upright),
-        math.asin(tip if -1.0 <= tip <= 1.0 else max(-1.0, min(1.0, tip))),
-        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    return _make(
+        Pose,
+        (
+            px - _CENTRE * (2 * (x * z + w * y)),
+            py - _CENTRE * (2 * (y * z - w * x)),
+            pz - _CENTRE * upright,
+            atan2(lean, upright),
+            asin(tip if -1.0 <= tip <= 1.0 else max(-1.0, min(1.0, tip))),
+            atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        ),
     )
 
 
@@ -120,7 +126,8 @@ class Traction:
     """
 
     __slots__ = (
-        "_countdown", "_engine", "_frame", "_lift", "_slow", "body", "grounded", "left", "resting", "right", "upright",
+        "_countdown", "_engine", "_frame", "_lift", "_pose", "_slow",
+        "body", "grounded", "left", "resting", "right", "upright",
     )  # fmt: skip
 
     def __init__(self, engine: Engine, body: int) -> None:
@@ -133,13 +140,33 @@ class Traction:
         self._lift = 0.0
         self._slow = True
         self._countdown = 0
+        # The chassis's place is read from the engine, and the robot's pose worked out, once between two steps.
         self._frame: tuple[Vec3, Quat] | None = None
+        self._pose: Pose | None = None
 
-    def frame(self) -> tuple[Vec3, Quat]:
-        """Position and rotation of the chassis; read from the engine once between two steps."""
-        if self._frame is None:
-            self._frame = self._engine.pose(self.body)
-        return self._frame
+    def pose(self) -> Pose:
+        """The robot's pose, its origin on the ground."""
+        pose = self._pose
+        if pose is None:
+            frame = self._frame
+            if frame is None:
+                frame = self._frame = self._engine.pose(self.body)
+            pose = self._pose = origin_pose(*frame)
+        return pose
+
+    def course(self) -> tuple[float, float, float]:
+        """x, y and yaw of the pose, bit for bit, at less than half its price."""
+        if self._pose is not None:
+            return self._pose.x, self._pose.y, self._pose.yaw
+        frame = self._frame
+        if frame is None:
+            frame = self._frame = self._engine.pose(self.body)
+        (px, py, _), (x, y, z, w) = frame
+        return (
+            px - _CENTRE * (2 * (x * z + w * y)),
+            py - _CENTRE * (2 * (y * z - w * x)),
+            atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        )
 
     def ask(self, left: float, right: float) -> None:
         """Set the wheel speeds, rad/s, each cut off at the motors' limit."""
@@ -158,7 +185,7 @@ class Traction:
         # There is no contact until the next step: without this the first tick would have no brakes.
         self.grounded, self.resting, self.upright = True, False, 1.0
         self._lift, self._slow, self._countdown = 0.0, True, _LOOK_TICKS
-        self._frame = None
+        self._frame = self._pose = None
 
     def look(self) -> None:
         """Find out whether the wheels stand on something; called before every tick.
@@ -176,7 +203,8 @@ class Traction:
     def apply(self) -> None:
         """Push the body towards the speeds its wheels ask for, as far as the ground's grip allows."""
         engine, body = self._engine, self.body
-        frame, self._frame = self._frame, None
+        frame = self._frame
+        self._frame = self._pose = None
         velocity = engine.velocity(body)
         if self.resting and velocity == _STILL:
             return

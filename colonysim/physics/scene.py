@@ -7,7 +7,7 @@ from typing import Self
 
 from colonysim.physics.bullet import BulletEngine
 from colonysim.physics.engine import Engine
-from colonysim.physics.robot import BUMPER, Traction, build_robot, chassis_place, origin_pose
+from colonysim.physics.robot import BUMPER, Traction, build_robot, chassis_place
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
 from colonysim.physics.terrain import Pit, Terrain
 
@@ -79,7 +79,6 @@ class Scene:
         self._present = tuple(range(len(self._tractions)))
         self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
         # Poses, and what follows from them, are asked for many times between two changes of the scene.
-        self._robot_poses: dict[int, Pose] = {}
         self._box_poses: dict[int, Pose] = {}
         self._seated: dict[tuple[int, Pit, float], bool] = {}
         self._open_pits: tuple[int, ...] | None = None
@@ -118,10 +117,11 @@ class Scene:
 
     def robot(self, i: int) -> Pose:
         """Pose of a robot; its origin lies on the ground between the wheels."""
-        pose = self._robot_poses.get(i)
-        if pose is None:
-            pose = self._robot_poses[i] = origin_pose(*self._traction(i).frame())
-        return pose
+        return self._traction(i).pose()
+
+    def course(self, i: int) -> tuple[float, float, float]:
+        """x, y and yaw of a robot: all of its pose that driving needs in every tick."""
+        return self._traction(i).course()
 
     def box(self, i: int) -> Pose:
         """Pose of a box's centre; the yaw is raw, a square box looks the same every 90 degrees."""
@@ -264,7 +264,6 @@ class Scene:
         self.close()
 
     def _forget(self) -> None:
-        self._robot_poses.clear()
         self._box_poses.clear()
         self._seated.clear()
         self._open_pits = self._standing = None

@@ -73,12 +73,13 @@ class Ramp:
 
     def height(self, x: float, y: float) -> float | None:
         """Height of the strip and its landings at a point, None beside them."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        yaw, length = self.yaw, self.length
+        c, s = math.cos(yaw), math.sin(yaw)
         along = c * (x - self.x0) + s * (y - self.y0)
         across = -s * (x - self.x0) + c * (y - self.y0)
-        if abs(across) > self.half_width or not -self.landing <= along <= self.length + self.landing:
+        if abs(across) > self.half_width or not -self.landing <= along <= length + self.landing:
             return None
-        share = min(1.0, max(0.0, along / self.length))
+        share = min(1.0, max(0.0, along / length))
         return self.z0 + share * (self.z1 - self.z0)
 
 

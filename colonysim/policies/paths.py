@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import heapq
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from colonysim.policies.view import LocalView
 
-__all__ = ["nearest_box", "way_to_hole"]
+__all__ = ["Way", "nearest_box", "way_to_hole"]
+
+Way: TypeAlias = tuple[int, ...]
+"""The nodes to push a box over, its own first; empty for no way."""
 
 
 def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, int] | None:
@@ -54,19 +57,19 @@ def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, in
     return None
 
 
-def way_to_hole(view: LocalView, box: int, hole: int) -> tuple[float, int] | None:
+def way_to_hole(view: LocalView, box: int, hole: int) -> Way:
     """The shortest way over which a visible box could be pushed into a visible hole.
 
     Returns:
-        Its length in graph units and its first node, or None if there is none within sight.
+        The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
     """
     start, end = view.box_node(box), view.hole_node(hole)
-    queue: list[tuple[float, int, int]] = [(0.0, start, -1)]
+    queue: list[tuple[float, int, Way]] = [(0.0, start, (start,))]
     done: set[int] = set()
     while queue:
-        far, node, first = heapq.heappop(queue)
+        far, node, way = heapq.heappop(queue)
         if node == end:
-            return (far, first) if first >= 0 else None
+            return way if node != start else ()
         if node in done:
             continue
         done.add(node)
@@ -74,5 +77,5 @@ def way_to_hole(view: LocalView, box: int, hole: int) -> tuple[float, int] | Non
             if j in done or not view.can_slide(box, node, j):
                 continue
             if j == end or view.can_follow(box, node, j):
-                heapq.heappush(queue, (far + length, j, first if first >= 0 else j))
-    return None
+                heapq.heappush(queue, (far + length, j, (*way, j)))
+    return ()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from colonysim.pheromones.field import Field
+    from colonysim.policies.paths import Way
     from colonysim.policies.settings import StigmergySettings
     from colonysim.policies.view import LocalView
     from colonysim.world.scenario import Scenario
@@ -35,6 +36,7 @@ class Memory:
         epsilon: Its chance to explore.
         box: The box it is committed to, or -1.
         hole: The hole (key) which that box is meant for, or -1.
+        way: The box's way as last planned, with the hole in sight.
         shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
         shunned_at: The node at which it dropped that box.
     """
@@ -42,6 +44,7 @@ class Memory:
     epsilon: float
     box: int = -1
     hole: int = -1
+    way: Way = ()
     shunned: int = -1
     shunned_at: int = -1
 
@@ -130,8 +133,13 @@ class Stigmergy:
         box, hole, s = memory.box, memory.hole, self.settings
         if view.held_box != box or (s.tries is not None and view.failures >= s.tries):
             return None
-        node = self._next_push(view, box, hole)
-        if node < 0 or view.feasible(box, (node,))[0] < s.feasibility:
+        way = self._way(view, box, hole, memory.way)
+        if not way:
+            return None
+        if hole in view.holes():
+            memory = Memory(memory.epsilon, box, hole, way)
+        node = way[1]
+        if view.feasible(box, (node,))[0] < s.feasibility:
             return None
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
             return Choice(Push(box, node, hole), memory)
@@ -144,18 +152,23 @@ class Stigmergy:
         patience = self.settings.patience
         return patience is not None and view.waited >= patience - 1e-9
 
-    def _next_push(self, view: LocalView, box: int, hole: int) -> int:
-        """The node to push a visible box to so that it comes nearer to a hole, or -1.
+    def _way(self, view: LocalView, box: int, hole: int, planned: Way = ()) -> Way:
+        """The way on which a visible box comes nearer to a hole; beyond its next node it may be unknown.
 
-        Within R the shortest way is planned; beyond it the box climbs H.
+        Within R the shortest way is planned. Where that leads out of sight of the hole the box still follows it: H is
+        1 wherever the hole is in sight, and would lead straight back. Elsewhere the box climbs H.
         """
         at = view.box_node(box)
         if hole in view.holes():
             if view.hole_node(hole) == at or not self._has_room(view, box, hole):
-                return -1
+                return ()
             way = way_to_hole(view, box, hole)
-            if way is not None:
-                return way[1]
+            if way:
+                return way
+        elif at in planned[:-1]:
+            rest = planned[planned.index(at) :]
+            if view.can_slide(box, at, rest[1]) and (len(rest) == 2 or view.can_follow(box, at, rest[1])):
+                return rest
         trail = view.fields["H"]
         best, best_scent = -1, trail.at(at, hole)
         for j, _ in view.ways(at):
@@ -163,7 +176,7 @@ class Stigmergy:
                 scent = trail.at(j, hole)
                 if scent > best_scent:
                     best, best_scent = j, scent
-        return best
+        return (at, best) if best >= 0 else ()
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
@@ -183,12 +196,11 @@ class Stigmergy:
         found = []
         for hole in sorted({*near, *scented}):
             if at == view.node or at in view.neighbours:
-                first = self._next_push(view, box, hole)
+                way = self._way(view, box, hole)
             else:
-                way = way_to_hole(view, box, hole) if self._has_room(view, box, hole) else None
-                first = way[1] if way else -1
-            if first >= 0:
-                found.append((hole, first))
+                way = way_to_hole(view, box, hole) if self._has_room(view, box, hole) else ()
+            if way:
+                found.append((hole, way[1]))
         if found and at in (view.node, from_node):
             chances = view.feasible(box, [first for _, first in found])
             found = [pair for pair, chance in zip(found, chances, strict=True) if chance >= s.feasibility]

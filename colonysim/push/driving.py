@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
+from math import atan2, hypot
 
 from colonysim.physics.robot import BUMPER, WheelSpeeds, wheel_speeds
 from colonysim.physics.scene import Scene
@@ -17,7 +18,8 @@ TRAVEL_SPEED = 0.8
 """Metres per second on the way between nodes."""
 STAGING_SPEED = 0.6
 BACK_SPEED = 0.3
-_TURN_RATE = 2.0
+_TURN_RATE, _CURVE = 2.0, 1.5
+"""Most radians per second on the spot, and while driving."""
 _TURN_START, _TURN_STOP = 0.3, 0.06
 """With one threshold for both a robot orbits its target instead of turning towards it."""
 _FAULT_TICKS = 6
@@ -29,6 +31,7 @@ _TOUCH = 0.12
 BACK_OFF = 0.35
 """Metres that a robot backs off from a box before it turns."""
 _STALL_SECONDS = 3.0
+_HALF_TURN, _FULL_TURN = math.pi, 2.0 * math.pi
 
 
 class Pilot:
@@ -47,7 +50,8 @@ class Pilot:
         self.begun = scene.time
         self.deadline = scene.time + limit
         self._log = log
-        self._control: tuple[Chooser, str] | None = None
+        self._chooser: Chooser = "script"
+        self._control = ""
         self._ticks = 0
 
     @property
@@ -70,9 +74,9 @@ class Pilot:
 
     def note(self, control: str, chooser: Chooser = "script") -> None:
         """A control is held for one more tick."""
-        if self._control != (chooser, control):
+        if control != self._control or chooser != self._chooser:
             self.flush()
-            self._control = (chooser, control)
+            self._control, self._chooser = control, chooser
         self._ticks += 1
 
     def fault(self) -> str | None:
@@ -80,15 +84,13 @@ class Pilot:
         scene = self.scene
         if scene.time >= self.deadline:
             return "timeout"
-        if scene.ticks % _FAULT_TICKS == 0:
-            return scene.robot_fault(self.robot)
-        return None
+        return None if scene.ticks % _FAULT_TICKS else scene.robot_fault(self.robot)
 
     def flush(self) -> None:
         """Report the control held so far to the log; to be called at a manoeuvre's end."""
-        if self._control is not None and self._ticks:
-            self._log(*self._control, self._ticks)
-        self._control, self._ticks = None, 0
+        if self._ticks:
+            self._log(self._chooser, self._control, self._ticks)
+        self._control, self._ticks = "", 0
 
     def wait(self, seconds: float) -> Part:
         """Stand still."""
@@ -130,7 +132,7 @@ class Pilot:
             # The upper edge of a box that lies in a pit is level with the ground: nothing to back off from.
             if box.z < pose.z or abs(aside) > reach + 0.3 or ahead < 0.0:
                 continue
-            if ahead < reach * 1.42 + BUMPER + _TOUCH and math.hypot(ahead, aside) < 2 * reach + BUMPER:
+            if ahead < reach * 1.42 + BUMPER + _TOUCH and hypot(ahead, aside) < 2 * reach + BUMPER:
                 return (yield from self.straight(-BACK_OFF, BACK_SPEED, "back"))
         return "done"
 
@@ -151,19 +153,20 @@ class Pilot:
             blocked: Asked a few times a second with a point ahead; True ends the part with `"blocked"`.
             arrived: Asked every tick; True ends the part early, as done.
         """
-        scene, robot = self.scene, self.robot
+        # Most ticks of a colony are spent here, hence no property, no `wrap` and no `min` of two in the loop.
+        scene, robot, course = self.scene, self.robot, self.scene.course
         for k, (x, y) in enumerate(path):
             last = k == len(path) - 1
             near = tolerance if last else 0.12
             turning = True
             best, since = math.inf, scene.time
             while True:
-                pose = scene.robot(robot)
                 if arrived is not None and arrived():
                     return "done"
-                dx, dy = x - pose.x, y - pose.y
-                distance = math.hypot(dx, dy)
-                error = wrap(math.atan2(dy, dx) - pose.yaw)
+                here_x, here_y, yaw = course(robot)
+                dx, dy = x - here_x, y - here_y
+                distance = hypot(dx, dy)
+                error = (atan2(dy, dx) - yaw + _HALF_TURN) % _FULL_TURN - _HALF_TURN
                 if distance <= near or (distance < 2 * near and abs(error) > math.pi / 3):
                     break
                 turning = abs(error) > (_TURN_STOP if turning else _TURN_START)
@@ -174,16 +177,19 @@ class Pilot:
                     return "stuck"
                 if blocked is not None and scene.ticks % _GUARD_TICKS == 0:
                     ahead = min(1.0, _LOOK_AHEAD / distance)
-                    if blocked((pose.x + ahead * dx, pose.y + ahead * dy)):
+                    if blocked((here_x + ahead * dx, here_y + ahead * dy)):
                         return "blocked"
                 if turning:
                     rate = max(0.2, min(_TURN_RATE, 4.0 * abs(error)))
-                    speeds = wheel_speeds(0.0, math.copysign(rate, error))
+                    self.note("rotate")
+                    yield wheel_speeds(0.0, math.copysign(rate, error))
                 else:
-                    forward = min(speed, 2.0 * distance + 0.05) if last else speed
-                    speeds = wheel_speeds(forward, max(-1.5, min(1.5, 4.0 * error)))
-                self.note("rotate" if turning else "travel")
-                yield speeds
+                    slowing, turn = 2.0 * distance + 0.05, 4.0 * error
+                    self.note("travel")
+                    yield wheel_speeds(
+                        slowing if last and slowing < speed else speed,
+                        turn if -_CURVE < turn < _CURVE else math.copysign(_CURVE, turn),
+                    )
                 if fault := self.fault():
                     return fault
         return "done"
@@ -225,9 +231,10 @@ class Pilot:
         """Whether another robot is at a point ahead and would be approached by going there."""
 
         def blocked(ahead: Point) -> bool:
-            here, scene = self.pose, self.scene
+            scene = self.scene
+            here = scene.course(self.robot)
             for i in scene.present_robots():
-                other = scene.robot(i)
+                other = scene.course(i)
                 there = math.dist(ahead, other[:2])
                 if (
                     there < ROBOT_CLEARANCE - 0.06

@@ -32,9 +32,14 @@ BORDER_CLEARANCE = 0.40
 _CELL = 0.12
 _WINDOW = 3.0
 _COMFORT = 0.15
-_STEEPEST = 0.3
 _AMPLE = 1.0
 _ESCAPE = 0.8
+_STEEPEST = 0.3
+# At the ground's border and at cliffs: eight looks further ahead than the robot needs, then eight as far as it needs.
+_REACHES = [reach for reach in (BORDER_CLEARANCE + _COMFORT, BORDER_CLEARANCE) for _ in range(8)]
+_LOOKS_X = np.array([[reach * math.cos(k % 8 * math.pi / 4)] for k, reach in enumerate(_REACHES)])
+_LOOKS_Y = np.array([[reach * math.sin(k % 8 * math.pi / 4)] for k, reach in enumerate(_REACHES)])
+_LOOKS_STEP = np.array([[_STEEPEST * reach + 0.02] for reach in _REACHES])
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +177,7 @@ def surface(terrain: Terrain, x: Array, y: Array) -> Array:
     top = np.full(x.shape, -np.inf)
     for g in terrain.grounds:
         inside = (x >= g.xmin) & (x <= g.xmax) & (y >= g.ymin) & (y <= g.ymax)
-        top = np.where(inside, np.maximum(top, g.z), top)
+        np.maximum(top, g.z, out=top, where=inside)
     for ramp in terrain.ramps:
         yaw = ramp.yaw
         c, s = math.cos(yaw), math.sin(yaw)
@@ -181,7 +186,7 @@ def surface(terrain: Terrain, x: Array, y: Array) -> Array:
         inside = (np.abs(across) <= ramp.half_width) & (along >= -ramp.landing)
         inside &= along <= ramp.length + ramp.landing
         height = ramp.z0 + np.clip(along / ramp.length, 0.0, 1.0) * (ramp.z1 - ramp.z0)
-        top = np.where(inside, np.maximum(top, height), top)
+        np.maximum(top, height, out=top, where=inside)
     return top
 
 
@@ -224,20 +229,10 @@ def _edge_slack(terrain: Terrain, x: Array, y: Array) -> Array:
         if ground.any():
             slack[ground] = _edge_slack(terrain, x[ground], y[ground])
         return slack
-    looks = [
-        (reach, grade, k * math.pi / 4)
-        for reach, grade in ((BORDER_CLEARANCE + _COMFORT, 0.0), (BORDER_CLEARANCE, -_COMFORT))
-        for k in range(8)
-    ]
     # All looks in one go: most calls are about few places.
-    there = surface(
-        terrain,
-        np.stack([x + reach * math.cos(a) for reach, _, a in looks]),
-        np.stack([y + reach * math.sin(a) for reach, _, a in looks]),
-    )
-    for (reach, grade, _), height in zip(looks, there, strict=True):
-        sound = np.abs(height - here) <= _STEEPEST * reach + 0.02
-        slack = np.where(sound, slack, np.minimum(slack, grade))
+    sound = np.abs(surface(terrain, x + _LOOKS_X, y + _LOOKS_Y) - here) <= _LOOKS_STEP
+    slack[~sound[:8].all(axis=0)] = 0.0
+    slack[~sound[8:].all(axis=0)] = -_COMFORT
     return slack
 
 

@@ -17,6 +17,7 @@ PIT_DEPTH = 0.25
 network was trained with pits one box deep, and only the topmost free place of a deeper one matters."""
 HOLD = 0.3
 """Closer to the goal than this, metres, the direction from box to goal says nothing any more."""
+_make = tuple.__new__
 
 
 class State(NamedTuple):
@@ -96,16 +97,20 @@ def observe(robot: Pose, box: Pose, task: PushTask) -> State:
     gx, gy = task.goal[0] - robot.x, task.goal[1] - robot.y
     node = task.rim - (PIT_DEPTH if task.kind == "hole" else 0.0)
     yaw_agent = wrap(robot.yaw - line)
-    return State(
-        c * bx + s * by,
-        -s * bx + c * by,
-        box.z - robot.z,
-        _tilt(box, line),
-        wrap(fold(box.yaw - line) - yaw_agent),
-        c * gx + s * gy,
-        -s * gx + c * gy,
-        node - robot.z,
-        yaw_agent,
+    # Made in every tick of a push: half the time of State(...).
+    return _make(
+        State,
+        (
+            c * bx + s * by,
+            -s * bx + c * by,
+            box.z - robot.z,
+            _tilt(box, line),
+            wrap(fold(box.yaw - line) - yaw_agent),
+            c * gx + s * gy,
+            -s * gx + c * gy,
+            node - robot.z,
+            yaw_agent,
+        ),
     )
 
 
@@ -128,8 +133,7 @@ def features(states: npt.ArrayLike) -> npt.NDArray[np.float32]:
     Returns:
         Shape (23,) or (n, 23).
     """
-    given = np.asarray(states, dtype=np.float64)
-    bx, by, bz, pitch, yw, gx, gy, gz, ps = np.moveaxis(given, -1, 0)
+    bx, by, bz, pitch, yw, gx, gy, gz, ps = np.asarray(states, dtype=np.float64).T
     # Direction of the push line and its left normal, seen from the robot.
     ux, uy = np.cos(ps), -np.sin(ps)
     reach, far = np.hypot(bx, by), np.hypot(gx, gy)
@@ -140,7 +144,8 @@ def features(states: npt.ArrayLike) -> npt.NDArray[np.float32]:
     cross_track = dx * uy - dy * ux
     behind = bx * ux + by * uy
     aside = bx * uy - by * ux
-    made = np.stack(
+    # One row for each feature: a single state's are plain numbers, for which `clip` and `stack` would be slow.
+    made = np.array(
         [
             bx,
             by,
@@ -158,14 +163,14 @@ def features(states: npt.ArrayLike) -> npt.NDArray[np.float32]:
             gx / safe_far,
             distance,
             remaining,
-            np.clip(5 * cross_track, -2, 2),
+            np.minimum(np.maximum(5 * cross_track, -2), 2),
             behind,
             2 * aside,
             3 * ((yw + ps + np.pi / 4) % (np.pi / 2) - np.pi / 4),
-            np.sin(ps),
-            np.cos(ps),
-            (distance < HOLD).astype(np.float64),
+            -uy,
+            ux,
+            distance < HOLD,
         ],
-        axis=-1,
+        dtype=np.float32,
     )
-    return made.astype(np.float32)
+    return np.ascontiguousarray(made.T)

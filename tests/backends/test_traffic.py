@@ -10,7 +10,7 @@ from backends.places import FORK, LANE, place, started
 
 from colonysim.backends.layout import lay_out
 from colonysim.backends.traffic import CLEARANCE, Traffic, closing_in, segment_distance, ticks_until_close
-from colonysim.physics import Pose, WheelSpeeds
+from colonysim.physics import WheelSpeeds
 from colonysim.push.staging import staging_points
 from colonysim.world.intents import Outcome, Push, Travel, Wait
 from colonysim.world.loading import load_scenario
@@ -135,9 +135,9 @@ def test_a_robot_stops_before_it_runs_into_another(
     yaw: float, ahead: float, aside: float, speed: float, stops: bool
 ) -> None:
     c, s = math.cos(yaw), math.sin(yaw)
-    robot = Pose(3.0, -2.0, 0.0, 0.0, 0.0, yaw)
-    other = Pose(3.0 + c * ahead - s * aside, -2.0 + s * ahead + c * aside, 0.0, 0.0, 0.0, 0.7)
-    far = Pose(9.0, 9.0, 0.0, 0.0, 0.0, 0.0)
+    robot = (3.0, -2.0, yaw)
+    other = (3.0 + c * ahead - s * aside, -2.0 + s * ahead + c * aside, 0.7)
+    far = (9.0, 9.0, 0.0)
     assert closing_in(robot, WheelSpeeds(speed, speed), [far, other]) == stops
     assert not closing_in(robot, WheelSpeeds(speed, speed), [far])
 
@@ -164,11 +164,11 @@ def test_a_robot_that_backs_towards_another_stops_short_of_it() -> None:
 
 
 def test_a_robot_looks_again_before_another_can_have_come_close() -> None:
-    robot = Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    robot = (0.0, 0.0, 0.0)
     for away in (0.8, 1.1, 1.5, 2.5, 4.0, 40.0):
-        ticks = ticks_until_close(robot, [Pose(away, 0.0, 0.0, 0.0, 0.0, 0.0)])
+        ticks = ticks_until_close(robot, [(away, 0.0, 0.0)])
         # Both at full speed towards each other.
         left = away - ticks / 60 * 2 * 0.96
         assert ticks == 0 or left >= 1.05
     assert ticks_until_close(robot, []) > 0
-    assert ticks_until_close(robot, [Pose(math.nan, 0.0, 0.0, 0.0, 0.0, 0.0)]) == 0
+    assert ticks_until_close(robot, [(math.nan, 0.0, 0.0)]) == 0

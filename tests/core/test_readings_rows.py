@@ -411,8 +411,8 @@ def test_a_box_s_way_does_not_lead_through_an_open_hole():
     from colonysim.policies.paths import way_to_hole
 
     mind = Mind(line(6, goal=5, agents=[0], holes={2: HOLE, 4: HOLE}, boxes=[(1, 1.0)]))
-    assert way_to_hole(mind.view, 0, 0) == (1.0, 2)
-    assert way_to_hole(mind.view, 0, 1) is None
+    assert way_to_hole(mind.view, 0, 0) == (1, 2)
+    assert way_to_hole(mind.view, 0, 1) == ()
 
 
 @pytest.mark.parametrize("name", ["colony", "paper", "oracle", "random"])

@@ -147,6 +147,19 @@ def test_chains_turn_by_the_angles_asked_for() -> None:
         assert all(1.8 <= task.length <= 2.2 for task in chain.tasks())
 
 
+def test_long_chains_keep_off_their_own_pit() -> None:
+    for i in range(40):
+        *ways, last = (task for task in draw_chain(np.random.default_rng(i), nodes=5).tasks())
+        assert [task.kind for task in ways] == ["flat"] * 5
+        assert last.kind == "hole"
+        for task in ways:
+            for share in np.linspace(-0.6, 1.0, 9):
+                x = task.start[0] + share * (task.goal[0] - task.start[0])
+                y = task.start[1] + share * (task.goal[1] - task.start[1])
+                # A pit's half and a robot's radius.
+                assert math.dist((x, y), last.goal) > 1.1
+
+
 def test_a_chain_is_pushed_from_node_to_node() -> None:
     executor = make_executor("staged")
     straight = Chain(((0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (6.0, 0.0)), 0.0, RobotSpec(-1.3, 0.2, 0.0, 0.5))

@@ -22,7 +22,7 @@ from colonysim.push import (
     scripted_push,
     stage,
 )
-from colonysim.push.staging import legs_for
+from colonysim.push.staging import first_legs, legs_for
 
 GROUND = Ground(-6, -6, 6, 6, 0.0)
 FLAT = Terrain((GROUND,))
@@ -134,6 +134,17 @@ def test_a_push_is_split_so_that_no_leg_is_staged_in_a_pit():
         assert plan.legs[0].goal == pytest.approx((-1.4, 0))
         assert plan.margin >= 0.0
         assert push(scene, task).success
+
+
+def test_a_push_at_an_askew_face_may_be_split_either_way_or_not_at_all():
+    with Scene(FLAT, [BoxSpec(0, 0, 0, 0.5)], [RobotSpec(-2, 0, 0, 0)]) as scene:
+        around = everything_else(scene, 0)()
+        askew = PushTask(0, (0, 0), (2.0, 0.0), "flat", 0.0)
+        one, other, straight = first_legs(scene, askew, around)
+        assert one.length < other.length
+        assert straight.goal == askew.goal
+        square = PushTask(0, (0, 0), (2.0, 1.0), "flat", 0.0)
+        assert [leg.goal for leg in first_legs(scene, square, around)] == [square.goal]
 
 
 def test_no_room_behind_the_box_is_a_reason_not_a_hang():
