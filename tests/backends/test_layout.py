@@ -113,14 +113,19 @@ def test_every_push_that_a_map_needs_can_be_staged(name: str, way: tuple[str, ..
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_every_edge_is_a_straight_way_without_gaps(name: str) -> None:
+def test_every_edge_is_a_way_without_gaps(name: str) -> None:
     scenario = load_scenario(name)
     layout = lay_out(scenario)
     with Scene(layout.terrain, layout.boxes, ()) as scene:
         space = FreeSpace(scene, Surroundings())
         for i, others in enumerate(scenario.topology.neighbours):
             for j in others:
-                assert space.path(layout.places[i], layout.places[j]) == [layout.places[j]]
+                start, goal = layout.places[i], layout.places[j]
+                way = space.path(start, goal)
+                assert way is not None
+                # Straight, but for a slight bend round the side of a ramp, where there is a step.
+                length = sum(math.dist(a, b) for a, b in itertools.pairwise([start, *way]))
+                assert length <= 1.05 * math.dist(start, goal)
 
 
 def test_a_box_is_not_pushed_where_its_corner_would_run_against_a_step() -> None:

@@ -6,6 +6,8 @@ import pytest
 
 from colonysim import simulate
 from colonysim.backends.layout import lay_out
+from colonysim.physics import BoxSpec, RobotSpec, Scene
+from colonysim.push import drive_to, everything_else, run_alone
 from colonysim.world.loading import load_scenario
 
 MAPS = sorted((Path(__file__).parent / "maps").glob("*.yaml"))
@@ -17,6 +19,18 @@ def test_they_can_be_built_and_have_a_ramp_and_a_pit_two_deep(path: Path) -> Non
     assert layout.terrain.ramps
     assert max(pit.depth for pit in layout.terrain.pits) == pytest.approx(0.5)
     assert {box.height for box in layout.boxes} == {0.25}
+
+
+@pytest.mark.parametrize("target", [(4.6, 3.0), (3.1, 4.5), (3.1, 1.5)])
+def test_a_robot_on_a_ramp_goes_round_the_step_at_its_side(target: tuple[float, float]) -> None:
+    layout = lay_out(load_scenario(MAPS[-1]))
+    crest = layout.terrain.ramps[0].x1, layout.terrain.ramps[0].y1
+    box = BoxSpec(*crest, layout.terrain.ramps[0].z1, 0.0)
+    robot = RobotSpec(crest[0] - 0.86, crest[1], layout.terrain.height(crest[0] - 0.86, crest[1]), 0.0)
+    with Scene(layout.terrain, [box], [robot]) as scene:
+        goal = (1.6 * target[0], 1.6 * target[1])
+        result = run_alone(scene, 0, drive_to(scene, 0, *goal, everything_else(scene, 0)))
+        assert result.reason == "done"
 
 
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
