@@ -1,0 +1,62 @@
+"""Training the shipped push from nothing with several seeds, and which of the networks is shipped.
+
+The seed whose network has the largest mean success over `rl` and over one try of `staged`, all terrains alike, on
+tuning pushes wins. Trainings that are there already are not repeated, those that were stopped go on.
+
+    python benchmarks/push_seeds.py --seeds 0 1 2 --workers 2 --work runs/push-seeds
+"""
+
+import argparse
+import json
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+from colonysim.push.cards import load_model, replace_file
+from colonysim.push.evaluation import evaluate_push
+from colonysim.push.executors import ExecutorName
+from colonysim.push.seeds import Purpose
+from colonysim.push.training import train_push
+
+TUNING_SEED = 20
+PUSHES: tuple[ExecutorName, ...] = ("rl", "staged")
+
+
+def measure(seed: int, pushes: int, work: Path) -> dict[str, Any]:
+    """Train one seed and push with it; the row is kept beside the network."""
+    folder, began = work / f"s{seed}", time.perf_counter()
+    if not (folder / "push.json").exists():
+        train_push("improved", folder, seed, resume=True)
+    trained, card = time.perf_counter() - began, load_model(folder / "push.json", "q-network").card
+    row: dict[str, Any] = {"seed": seed, "sha256": card["sha256"], "train_seconds": round(trained, 1), "pushes": pushes}
+    for push in PUSHES:
+        found = evaluate_push(
+            push, episodes=pushes, seed=TUNING_SEED, tries=1, model=folder / "push.json", purpose=Purpose.TUNE
+        )
+        row[push] = {kind: r["success"] for kind, r in found.items()}
+    row["mean"] = round(fmean(share for push in PUSHES for share in row[push].values()), 4)
+    replace_file(folder / "tuning.json", (json.dumps(row, indent=1) + "\n").encode())
+    return row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--pushes", type=int, default=100, help="tuning pushes a terrain and executor")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--work", type=Path, default=Path("runs/push-seeds"))
+    given = parser.parse_args()
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    rows = []
+    with ProcessPoolExecutor(given.workers, max_tasks_per_child=1) as pool:
+        for job in [pool.submit(measure, seed, given.pushes, given.work) for seed in given.seeds]:
+            rows.append(job.result())
+            print(rows[-1], flush=True)
+    print(f"shipped: seed {max(rows, key=lambda row: row['mean'])['seed']}")
+
+
+if __name__ == "__main__":
+    main()
