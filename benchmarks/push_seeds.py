@@ -1,4 +1,4 @@
-"""Training the shipped push from nothing with several seeds, and which of the networks is shipped.
+"""Training the push from nothing with several seeds, and which of the networks is best.
 
 The seed whose network has the largest mean success over `rl` and over one try of `staged`, all terrains alike, on
 tuning pushes wins. Trainings that are there already are not repeated, those that were stopped go on.
@@ -55,7 +55,7 @@ def main() -> None:
         for job in [pool.submit(measure, seed, given.pushes, given.work) for seed in given.seeds]:
             rows.append(job.result())
             print(rows[-1], flush=True)
-    print(f"shipped: seed {max(rows, key=lambda row: row['mean'])['seed']}")
+    print(f"best: seed {max(rows, key=lambda row: row['mean'])['seed']}")
 
 
 if __name__ == "__main__":
