@@ -15,12 +15,21 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
+    "colonysim/backends/bullet.py",
     "colonysim/exact.py",
     "colonysim/policies/choice.py",
+    "colonysim/policies/paths.py",
+    "colonysim/policies/stigmergy.py",
+    "colonysim/policies/view.py",
+    "colonysim/push/driving.py",
+    "colonysim/push/learned.py",
+    "colonysim/push/state.py",
+    "colonysim/simulation/episode.py",
     "colonysim/simulation/strides.py",
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
     "colonysim/trace/writer.py",
+    "colonysim/world/state.py",
 )
 
 DIRECTIVES = {"language_level": 3, "annotation_typing": False}
@@ -43,6 +52,7 @@ def compile_hot(root: Path, scratch: Path) -> list[Path]:
     try:
         made = cythonize(extensions, compiler_directives=DIRECTIVES, build_dir=str(scratch), quiet=True)
         command = build_ext(Distribution({"name": "colonysim", "ext_modules": made}))
+        command.parallel = os.cpu_count()
         command.build_lib, command.build_temp = str(scratch / "lib"), str(scratch / "temp")
         command.ensure_finalized()
         command.run()
