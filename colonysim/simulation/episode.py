@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterable, Iterator, Mapping
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import simpy
@@ -30,8 +31,6 @@ __all__ = ["Episode"]
 
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
-
-FOREVER = float("inf")
 
 
 def _trigger(event: simpy.Event) -> None:
@@ -74,6 +73,8 @@ class Episode:
         self.finished: set[int] = set()
         self.last_outcome = 0.0
         self.stuck = False
+        self.stall = world.scenario.stall_seconds
+        self.limit = inf if world.scenario.time_limit is None else world.scenario.time_limit
         self.watchers: dict[int, dict[int, None]] = {}
         self.woken: dict[int, simpy.Event] = {}
         self.pending: dict[int, simpy.Event] = {}
@@ -85,7 +86,7 @@ class Episode:
 
     def run(self, synchronous: bool) -> Iterator[Event]:
         """Runs to the episode's end; yields events as they come out."""
-        world, scenario, env, rows = self.world, self.world.scenario, self.env, self.rows
+        world, env, rows = self.world, self.env, self.rows
         began = time.perf_counter()
         for view in self.views:
             view.edge_seconds = self.backend.edge_seconds
@@ -103,12 +104,11 @@ class Episode:
                 self._begin(self._agent(agent))
         if self.backend.tick is not None:
             self._begin(self._clock(self.backend.tick))
-        limit = float("inf") if scenario.time_limit is None else scenario.time_limit
-        stall, finished, agents, events = scenario.stall_seconds, self.finished, len(self.views), rows.events
+        limit, stall, events, finished, agents = self.limit, self.stall, rows.events, self.finished, len(self.views)
         peek, step, now = env.peek, env.step, 0.0
         while True:
             due = peek()
-            over = due > limit or due > self.last_outcome + stall or due == FOREVER
+            over = due > limit or due > self.last_outcome + stall or due == inf
             if over or self.stuck or len(finished) == agents:
                 break
             # All that a step runs happens at this time; asking the environment each time is slow.
@@ -119,7 +119,7 @@ class Episode:
                 events.clear()
         if len(finished) == agents:
             ended = self._how_it_ended()
-        elif self.stuck or due == FOREVER or due > self.last_outcome + stall:
+        elif self.stuck or due == inf or due > self.last_outcome + stall:
             ended = "deadlock"
         else:
             ended, now = "timeout", limit
@@ -380,8 +380,7 @@ class Episode:
 
     def _clock(self, tick: float) -> Generator[simpy.Event, Any, None]:
         """Advances the backend while an action is pending; sleeps otherwise."""
-        env, advance, scenario = self.env, self.backend.advance, self.world.scenario
-        limit, stall = scenario.time_limit or float("inf"), scenario.stall_seconds
+        env, advance = self.env, self.backend.advance
         while True:
             if not self.pending:
                 self.clock_wanted = env.event()
@@ -392,7 +391,7 @@ class Episode:
             finished = advance(now)
             # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
             # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
-            due, last = env.peek(), min(2 * began, limit, self.last_outcome + stall)
+            due, last = env.peek(), min(2 * began, self.limit, self.last_outcome + self.stall)
             while not finished and now + tick < due and now + tick <= last:
                 now += tick
                 finished = advance(now)

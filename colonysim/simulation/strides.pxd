@@ -18,9 +18,8 @@ cdef class Strides:
     cdef Rows rows
 
     @cython.locals(
-        node=int, steps=int, level=double, reach=double, j=int, length=double, rise=double, step=double, i=cython.Py_ssize_t,
+        node=int, steps=int, level=double, reach=double, j=int, length=double, rise=double, i=cython.Py_ssize_t,
         target=int, surface=list, occupant=list, holder=list, options=list, lengths=list, chances=list, explored=cython.bint,
-        way=tuple,
     )
     cpdef double depart(self, int agent, now)
 
@@ -40,6 +39,6 @@ cdef class Strides:
 
     @cython.locals(
         d=list, official=list, surface=list, reach=double, best=double, best_official=double, j=int, length=double, rise=double,
-        step=double, through=double, value=double, way=tuple,
+        through=double, value=double,
     )
     cdef update_distance(self, int node, double level)

@@ -42,8 +42,6 @@ def test_on_a_processor_with_fewer_features(plain):
     umath = getattr(np, "_core", None) or np.core
     have = [name for name, there in umath._multiarray_umath.__cpu_features__.items() if there]
     dispatched = [name for name in umath._multiarray_umath.__cpu_dispatch__ if name in have]
-    if not dispatched:
-        pytest.skip("NumPy has no code here that depends on the processor")
     assert hashes(PYTHONHASHSEED="0", NPY_DISABLE_CPU_FEATURES=" ".join(dispatched))[:8] == plain
 
 
