@@ -1,6 +1,6 @@
-"""How well robots share a map: what failed, where and why, and whether robots touched each other.
+"""How well robots share a map: what failed, where and why, and whether robots touched each other, doing what.
 
-    python benchmarks/traffic.py hard:r5-6 easy medium --push scripted --seeds 10 --first 40
+    python benchmarks/traffic.py hard:r5-6 easy medium --push staged --seeds 10 --first 40
 
 Every seed is a run of its own with one episode, unless --episodes says otherwise.
 """
@@ -18,10 +18,13 @@ from colonysim.backends.bullet import Bullet
 from colonysim.backends.protocol import Finished
 from colonysim.simulation import simulate
 from colonysim.trace.schema import Event
+from colonysim.world.intents import Push
 from colonysim.world.loading import load_scenario
 
 NEAR = 1.3
 """Robots whose centres are further apart than this cannot touch, metres."""
+AT_BOX = 1.1
+"""A robot this near the centre of its box pushes it; further away it is staging, or backing off, metres."""
 PAUSE = 0.5
 """Two touches of the same robots closer in time than this count as one, seconds."""
 
@@ -33,6 +36,7 @@ class Touch:
     time: float
     pair: tuple[int, int]
     place: tuple[float, float]
+    situation: tuple[str, str]
     doing: tuple[str, str]
     until: float
 
@@ -55,8 +59,20 @@ class Watched(Bullet):
                 if last is not None and now - last.until < PAUSE:
                     last.until = now
                 else:
-                    self.touches.append(Touch(now, (i, j), one[:2], (self._doing(i), self._doing(j)), now))
+                    situation = min(pair := (self._situation(i), self._situation(j)), pair[::-1])
+                    self.touches.append(Touch(now, (i, j), one[:2], situation, (self._doing(i), self._doing(j)), now))
         return done
+
+    def _situation(self, agent: int) -> str:
+        action, scene = self._actions.get(agent), self._open()
+        if action is None:
+            return "stand"
+        if not isinstance(action.intent, Push):
+            return "travel"
+        box = action.intent.box
+        if self._world.box_node[box] == action.intent.node:
+            return "take"
+        return "push" if math.dist(scene.robot(agent)[:2], scene.box(box)[:2]) < AT_BOX else "stage"
 
     def _doing(self, agent: int) -> str:
         action = self._actions.get(agent)
@@ -97,7 +113,7 @@ def run(name: str, push: str, seed: int, episodes: int, quiet: bool) -> tuple[li
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("maps", nargs="+", help="scenario, or scenario:variant")
-    parser.add_argument("--push", default="scripted")
+    parser.add_argument("--push", default="staged")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first", type=int, default=40, help="the first seed; the others follow")
     parser.add_argument("--episodes", type=int, default=1)
@@ -106,10 +122,11 @@ def main() -> None:
     for name in options.maps:
         reasons: collections.Counter[str] = collections.Counter()
         ends: collections.Counter[str] = collections.Counter()
-        steps, seconds, touches, actions, cpu = [], [], 0, 0, 0.0
+        situations: collections.Counter[str] = collections.Counter()
+        steps, seconds, actions, cpu = [], [], 0, 0.0
         for seed in range(options.first, options.first + options.seeds):
             told, touched, begun, spent = run(name, options.push, seed, options.episodes, options.quiet)
-            touches += len(touched)
+            situations.update("/".join(touch.situation) for touch in touched)
             actions += begun
             cpu += spent
             for event in told:
@@ -119,13 +136,15 @@ def main() -> None:
                     ends[event.status] += 1
                     steps.append(event.step)
                     seconds.append(event.time)
-        count = len(steps)
+        count, touches, hours = len(steps), situations.total(), sum(seconds) / 3600
         print(
             f"{name}, {options.push}, seeds {options.first}-{options.first + options.seeds - 1}, {count} episodes: "
             f"{dict(ends)}; steps {statistics.mean(steps):.1f}; {statistics.mean(seconds):.0f} s simulated, "
             f"{cpu / count:.1f} s CPU each; {actions} actions, {sum(reasons.values())} failed; "
-            f"robots touched {touches} times"
+            f"robots touched {touches} times, {touches / hours:.1f} an hour"
         )
+        for situation, many in situations.most_common():
+            print(f"    {many:4d}  {situation}: {many / hours:.1f} an hour")
         for reason, many in reasons.most_common():
             print(f"    {many:4d}  {reason}", flush=True)
 

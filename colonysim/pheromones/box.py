@@ -59,6 +59,8 @@ class BoxWorth:
 
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """Algorithm 3: a claim lowers B, a crossing raises B of every box in the stack that was crossed."""
+        if visit.moment == "claim" and visit.hole < 0:  # taken to be passed, not to be pushed
+            return ()
         if visit.moment == "claim":
             value = self._worth[visit.box, visit.hole] = self.at(visit.box, visit.hole) * self._decay
             return (Write(visit.box, visit.hole, value),)

@@ -30,7 +30,6 @@ class HoleTrail:
         evaporation: What remains of H after an episode, 0 to 1; 0 resets it.
         rule: "max", or "min" for the rule as the text prints it, which overwrites and leaves no trail.
         everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it.
-        at_start: Whether an agent deposits before its first step too.
     """
 
     name = "H"
@@ -43,13 +42,11 @@ class HoleTrail:
         evaporation: float = 0.5,
         rule: Literal["max", "min"] = "max",
         everywhere: bool = False,
-        at_start: bool = True,
     ) -> None:
         self._world = world
         self._keep = evaporation
         self._printed = rule == "min"
         self._everywhere = everywhere
-        self._at_start = at_start
         self._far: dict[int, dict[int, float]] = {}
         self._aged = 0.0
 
@@ -71,8 +68,6 @@ class HoleTrail:
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """Algorithm 5 on the visited node."""
         if visit.moment == "claim" or not self._world.scenario.holes:
-            return ()
-        if visit.moment == "start" and not self._at_start:
             return ()
         writes = self._update(visit.node, visit.level)
         if self._everywhere:

@@ -16,12 +16,13 @@ Way: TypeAlias = tuple[int, ...]
 """The nodes to push a box over, its own first; empty for no way."""
 
 
-def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, int] | None:
+def nearest_box(view: LocalView, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
     """The closest box by path that the agent could hold (paper Algorithm 4).
 
     Args:
         view: What the agent sees.
         shunned: Boxes to leave out.
+        barred: A node that no way may lead over (the goal: who comes there leaves), or -1.
 
     Returns:
         The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
@@ -52,13 +53,19 @@ def nearest_box(view: LocalView, shunned: Collection[int] = ()) -> tuple[int, in
             if view.graspable_from(node, at[j]):
                 heapq.heappush(queue, (far + length, j, j if node == start else first, at[j]))
         for j, length in view.open_ways(node):
-            if j not in done:
+            if j not in done and j != barred:
                 heapq.heappush(queue, (far + length, j, j if node == start else first, -1))
     return None
 
 
-def way_to_hole(view: LocalView, box: int, hole: int) -> Way:
+def way_to_hole(view: LocalView, box: int, hole: int, barred: int = -1) -> Way:
     """The shortest way over which a visible box could be pushed into a visible hole.
+
+    Args:
+        view: What the agent sees.
+        box: The box.
+        hole: The hole's key.
+        barred: A node that the way may not lead over (the goal: the pusher would leave there), or -1.
 
     Returns:
         The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
@@ -74,7 +81,7 @@ def way_to_hole(view: LocalView, box: int, hole: int) -> Way:
             continue
         done.add(node)
         for j, length in view.ways(node):
-            if j in done or not view.can_slide(box, node, j):
+            if j in done or j == barred or not view.can_slide(box, node, j):
                 continue
             if j == end or view.can_follow(box, node, j):
                 heapq.heappush(queue, (far + length, j, (*way, j)))

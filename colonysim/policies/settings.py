@@ -41,12 +41,14 @@ class StigmergySettings:
         box_start: B at first, in units of d_max.
         box_cap: Cap of B in units of d_max; None for none.
         box_credit: Whether B is raised on "enter" or on "leave" of the hole's node.
-        deposit_at_start: Whether D, H and E are deposited at an episode's start, before the first step.
+        deposit_at_start: Whether D and E are deposited at an episode's start, before the first step, as H is.
         stack_credit: Whether a crossing credits "all" boxes of a stack or the "top" one.
         exploration_evaporation: What remains of E after an episode; None subtracts the minimum instead.
         exploration_on_wait: Whether waiting deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
         candidates_centre: Whether holes count as near from the "box" or from the "agent".
+        errands: Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight.
+        step_past: Whether an agent that is shut in steps to the node of a box to leave it on another side.
         collision: "reservation", or "two_node" for Algorithm 8.
         patience: Waits, in travelled edges' time, after which a carrier drops its box; None for never.
         tries: Pushes that fail in a row before a carrier gives up its box for now; None for never.
@@ -76,6 +78,8 @@ class StigmergySettings:
     exploration_on_wait: bool = False
     overfill: bool = False
     candidates_centre: Literal["box", "agent"] = "box"
+    errands: bool = True
+    step_past: bool = True
     collision: Literal["reservation", "two_node"] = "reservation"
     patience: Positive | None = 5.0
     tries: Annotated[int, Field(ge=1)] | None = 2
@@ -98,6 +102,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "exploration_evaporation": None,
         "exploration_on_wait": True,
         "overfill": True,
+        "errands": False,
+        "step_past": False,
         "collision": "two_node",
         "patience": None,
         "tries": None,

@@ -37,6 +37,7 @@ class Memory:
         box: The box it is committed to, or -1.
         hole: The hole (key) which that box is meant for, or -1.
         way: The box's way as last planned, with the hole in sight.
+        sought: A box it is on its way to, or -1; `hole` and `way` are then those meant for it.
         shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
         shunned_at: The node at which it dropped that box.
     """
@@ -45,6 +46,7 @@ class Memory:
     box: int = -1
     hole: int = -1
     way: Way = ()
+    sought: int = -1
     shunned: int = -1
     shunned_at: int = -1
 
@@ -90,12 +92,8 @@ class Stigmergy:
                 credit=s.box_credit,
                 stack=s.stack_credit,
             ),
-            HoleTrail(
-                world, evaporation=s.hole_evaporation, rule=s.hole_rule, everywhere=everywhere, at_start=at_start
-            ),
-            Exploration(
-                world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait, at_start=at_start
-            ),
+            HoleTrail(world, evaporation=s.hole_evaporation, rule=s.hole_rule, everywhere=everywhere),
+            Exploration(world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait, at_start=at_start),
         ]
         found = {field.name: field for field in own}
         for name in s.extra_fields:
@@ -162,17 +160,18 @@ class Stigmergy:
         if hole in view.holes():
             if view.hole_node(hole) == at or not self._has_room(view, box, hole):
                 return ()
-            way = way_to_hole(view, box, hole)
+            way = way_to_hole(view, box, hole, self._goal)
             if way:
                 return way
         elif at in planned[:-1]:
             rest = planned[planned.index(at) :]
-            if view.can_slide(box, at, rest[1]) and (len(rest) == 2 or view.can_follow(box, at, rest[1])):
+            slides = view.sees(rest[1]) and view.can_slide(box, at, rest[1])
+            if slides and (len(rest) == 2 or view.can_follow(box, at, rest[1])):
                 return rest
         trail = view.fields["H"]
         best, best_scent = -1, trail.at(at, hole)
         for j, _ in view.ways(at):
-            if view.can_slide(box, at, j) and view.can_follow(box, at, j):
+            if j != self._goal and view.can_slide(box, at, j) and view.can_follow(box, at, j):
                 scent = trail.at(j, hole)
                 if scent > best_scent:
                     best, best_scent = j, scent
@@ -182,8 +181,8 @@ class Stigmergy:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
         return self.settings.overfill or view.box_height(box) < view.headroom(hole) + view.reach
 
-    def _targets(self, view: LocalView, box: int, from_node: int) -> list[tuple[int, int]]:
-        """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the first node of its way."""
+    def _targets(self, view: LocalView, memory: Memory, box: int, from_node: int) -> list[tuple[int, Way]]:
+        """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the box's way there."""
         s, at = self.settings, view.box_node(box)
         centre = at if s.candidates_centre == "box" else view.node
         near = [hole for hole in view.holes() if view.hole_near(hole, centre)]
@@ -191,18 +190,23 @@ class Stigmergy:
         if at == view.node or at in view.neighbours:
             trail = view.fields["H"]
             for j, _ in view.ways(at):
-                if view.can_slide(box, at, j) and view.can_follow(box, at, j):
+                if j != self._goal and view.can_slide(box, at, j) and view.can_follow(box, at, j):
                     scented.update(trail.keys(j))
+        if memory.sought == box:
+            scented.add(memory.hole)
         found = []
         for hole in sorted({*near, *scented}):
+            planned = memory.way if (memory.sought, memory.hole) == (box, hole) else ()
             if at == view.node or at in view.neighbours:
-                way = self._way(view, box, hole)
+                way = self._way(view, box, hole, planned)
+            elif hole not in view.holes():
+                way = planned if at in planned[:1] else ()
             else:
-                way = way_to_hole(view, box, hole) if self._has_room(view, box, hole) else ()
+                way = way_to_hole(view, box, hole, self._goal) if self._has_room(view, box, hole) else ()
             if way:
-                found.append((hole, way[1]))
+                found.append((hole, way))
         if found and at in (view.node, from_node):
-            chances = view.feasible(box, [first for _, first in found])
+            chances = view.feasible(box, [way[1] for _, way in found])
             found = [pair for pair, chance in zip(found, chances, strict=True) if chance >= s.feasibility]
         return found
 
@@ -212,6 +216,8 @@ class Stigmergy:
         options = view.exits()
         if self.settings.collision == "two_node":
             options = [j for j in options if not view.crowded(j)]
+        if self.settings.ask_to_clear:
+            options = [j for j in options if not view.wanted(j)]
         if view.asked_to_clear and options:
             return self._follow_distance(view, memory, random, options, -1, -1, None)
         if random.random() < memory.epsilon:
@@ -221,39 +227,39 @@ class Stigmergy:
     def _explore(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
         """Follows E; the node of a box that could be pushed counts as an option."""
         s = self.settings
-        targets: dict[int, list[tuple[int, int]]] = {}
+        targets: dict[int, list[tuple[int, Way]]] = {}
         held: dict[int, int] = {}
         for box in view.boxes():
             at = view.box_node(box)
             if box != memory.shunned and at in view.neighbours and view.graspable_from(view.node, box):
-                found = self._targets(view, box, at) if self._allowed(view, at) else []
+                found = self._targets(view, memory, box, at) if self._allowed(view, at) else []
                 if found:
                     targets[at], held[at] = found, box
         nodes = sorted({*options, *targets})
         if s.epsilon_per == "choice":
             memory = dataclasses.replace(memory, epsilon=max(s.epsilon_floor, memory.epsilon * s.epsilon_decay))
         if not nodes:
-            return Choice(Wait(self._causes(view, view.neighbours)), memory, explored=True)
+            return self._follow_distance(view, memory, random, options, -1, -1, None)
         marks = view.fields["E"]
         chances = softmax([-value for value in marks.values(nodes)], s.beta)
         chosen = nodes[sample(chances, random)]
         boxes = tuple(held.get(node, -1) for node in nodes)
         if chosen in targets:
             holes = targets[chosen]
-            hole, first = holes[int(random.random() * len(holes))]
-            intent, memory = self._claim(view, memory, held[chosen], hole, first)
+            hole, way = holes[int(random.random() * len(holes))]
+            intent, memory = self._claim(view, memory, held[chosen], hole, way)
             return Choice(intent, memory, True, tuple(nodes), boxes, tuple(chances))
         return Choice(Travel(chosen), memory, True, tuple(nodes), boxes, tuple(chances))
 
     def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
         """Weighs B of the nearest box against D of the neighbours."""
-        seen = nearest_box(view, (memory.shunned,)) if view.boxes() else None
+        seen = nearest_box(view, (memory.shunned,), self._goal) if view.boxes() else None
         if seen is None:
             return self._follow_distance(view, memory, random, options, -1, -1, None)
         box, first = seen
         if first != view.node and not self._allowed(view, first):
             return self._follow_distance(view, memory, random, options, -1, -1, None)
-        found = self._targets(view, box, first)
+        found = self._targets(view, memory, box, first)
         if not found:
             return self._follow_distance(view, memory, random, options, -1, -1, None)
         worth = view.fields["B"]
@@ -269,7 +275,7 @@ class Stigmergy:
         options: Sequence[int],
         box: int,
         towards: int,
-        target: tuple[float, int, int] | None,
+        target: tuple[float, int, Way] | None,
     ) -> Choice:
         """One softmax over D of the neighbours and, if there is a box to go for, its B.
 
@@ -280,34 +286,55 @@ class Stigmergy:
             options: Neighbours it could travel to.
             box: The box to go for, or -1.
             towards: The first node on the way to it.
-            target: B of that box, the hole it is meant for, and the first node of the box's way there.
+            target: B of that box, the hole it is meant for, and the box's way there.
         """
-        marks = view.fields["D"]
-        values = marks.values(options)
+        values = view.fields["D"].values(options)
         nodes, boxes = tuple(options), (-1,) * len(options)
         if target is not None:
             values.append(target[0])
             nodes, boxes = (*nodes, towards), (*boxes, box)
+        elif self.settings.step_past and self._shut_in(view, values):
+            beside = self._boxes_to_pass(view, memory)
+            values += view.fields["D"].values(list(beside))
+            nodes, boxes = (*nodes, *beside), (*boxes, *beside.values())
         if not values:
-            return Choice(Wait(self._causes(view, view.neighbours)), memory)
+            return Choice(Wait(self._around(view)), memory)
         chances = softmax(values, self.settings.beta)
         i = sample(chances, random)
-        if target is None or i < len(options):
+        if i < len(options):
             return Choice(Travel(nodes[i]), memory, False, nodes, boxes, tuple(chances))
-        _, hole, first = target
-        if view.graspable_from(view.node, box) and view.box_node(box) == towards:
-            intent, memory = self._claim(view, memory, box, hole, first)
-            return Choice(intent, memory, False, nodes, boxes, tuple(chances))
-        return Choice(Travel(towards), memory, False, nodes, boxes, tuple(chances))
+        intent: Travel | Push | Wait
+        if target is None:
+            intent = Push(boxes[i], nodes[i], -1)
+            memory = Memory(memory.epsilon, shunned=boxes[i], shunned_at=nodes[i])
+        elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
+            intent, memory = self._claim(view, memory, box, *target[1:])
+        else:
+            intent = Travel(towards)
+            if self.settings.errands:
+                memory = dataclasses.replace(memory, sought=box, hole=target[1], way=target[2])
+        return Choice(intent, memory, False, nodes, boxes, tuple(chances))
 
-    def _claim(
-        self, view: LocalView, memory: Memory, box: int, hole: int, first: int
-    ) -> tuple[Push | Wait, Memory]:
+    def _shut_in(self, view: LocalView, values: Sequence[float]) -> bool:
+        """Whether the agent has no way out, or none from which it knows a way to the goal, given D of its exits."""
+        return max(values) <= 0.0 if values else not any(view.passable(j) for j in view.neighbours)
+
+    def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
+        """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""
+        beside = {view.box_node(box): box for box in view.boxes() if box != memory.shunned}
+        return {
+            node: box
+            for node, box in beside.items()
+            if node in view.neighbours and view.graspable_from(view.node, box) and self._allowed(view, node)
+        }
+
+    def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> tuple[Push | Wait, Memory]:
         """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
-        committed = Memory(memory.epsilon, box, hole)
+        committed = Memory(memory.epsilon, box, hole, way if self.settings.errands else ())
         at = view.box_node(box)
         if at != view.node:
             return Push(box, at, hole), committed
+        first = way[1]
         if self._allowed(view, first):
             return Push(box, first, hole), committed
         seconds = self.settings.patience
@@ -315,7 +342,18 @@ class Stigmergy:
 
     def _allowed(self, view: LocalView, node: int) -> bool:
         """Whether the collision rule lets the agent go to a neighbour (Algorithm 8, or reservations)."""
-        return view.free(node) and not (self.settings.collision == "two_node" and view.crowded(node))
+        s = self.settings
+        if not view.free(node) or (s.ask_to_clear and view.wanted(node)):
+            return False
+        return not (s.collision == "two_node" and view.crowded(node))
+
+    def _around(self, view: LocalView) -> tuple[int, ...]:
+        """What could give an idle agent something to do by changing: ways out of here, boxes and holes in sight."""
+        near = set(view.neighbours)
+        near.update(j for node in view.neighbours for j, _ in view.ways(node))
+        near.update(view.box_node(box) for box in view.boxes())
+        near.update(view.hole_node(hole) for hole in view.holes())
+        return tuple(sorted(near))
 
     def _causes(self, view: LocalView, nodes: Sequence[int]) -> tuple[int, ...]:
         """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""

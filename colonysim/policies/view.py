@@ -197,8 +197,14 @@ class LocalView:
     @property
     def asked_to_clear(self) -> bool:
         """Whether a carrier asks for the node the agent stands on."""
+        return self.wanted(self.node)
+
+    def wanted(self, node: int) -> bool:
+        """Whether another agent, a carrier, asks for a neighbour (or the own node) to be cleared and left to it."""
+        if node != self.node and node not in self.neighbours:
+            raise OutOfSightError(f"requests for node {node} cannot be heard at node {self.node}")
         requests = self._world.clear_requests
-        return bool(requests) and requests.get(self.node, self.agent) != self.agent
+        return bool(requests) and requests.get(node, self.agent) != self.agent
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
 

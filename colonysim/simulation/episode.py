@@ -163,10 +163,8 @@ class Episode:
                     yield timeout(seconds)
                     self.last_outcome = self.now
                     changed = strides.arrive(agent)
-                    if self.world.clear_requests:
-                        self._withdraw_request(agent)
-                    if self.woken:
-                        self._wake(changed)
+                    if self.woken and self._wake(changed):
+                        yield timeout(0)
                     continue
             if self._done(agent):
                 return
@@ -185,7 +183,8 @@ class Episode:
                 continue
             began = self.now
             outcome: Outcome = yield self._act(agent, intent)
-            self._settle(agent, intent, outcome, began)
+            if self._settle(agent, intent, outcome, began):
+                yield timeout(0)  # who waited for the place chooses before who comes from it
 
     def _act(self, agent: int, intent: Move) -> simpy.Event:
         """Begins an action; the event's value will be its outcome."""
@@ -208,13 +207,15 @@ class Episode:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
             timer = self.env.timeout(max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
             timer.callbacks.append(lambda _: _trigger(event))
-        if wait.clear >= 0 and world.clear_requests.get(wait.clear) != agent:
-            # Only a new request wakes its addressee: two carriers that ask each other would not stop otherwise.
+        if world.clear_requests.get(wait.clear) != agent:
             self._withdraw_request(agent)
-            world.clear_requests[wait.clear] = agent
-            addressee = self.woken.get(world.occupant[wait.clear])
-            if addressee is not None:
-                _trigger(addressee)
+            # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
+            # would not stop otherwise.
+            if wait.clear >= 0 and wait.clear not in world.clear_requests:
+                world.clear_requests[wait.clear] = agent
+                addressee = self.woken.get(world.occupant[wait.clear])
+                if addressee is not None:
+                    _trigger(addressee)
         since = self.now
         yield event
         del self.woken[agent]
@@ -223,18 +224,24 @@ class Episode:
         view.waited += (self.now - since) / view.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
+        """Asks for no node any more; who kept off it may go there now."""
         requests = self.world.clear_requests
         for node in [node for node, asker in requests.items() if asker == agent]:
             del requests[node]
+            self._wake((node,))
 
-    def _wake(self, nodes: Iterable[int]) -> None:
+    def _wake(self, nodes: Iterable[int]) -> bool:
+        """Wakes whoever waits for a change on one of the nodes; returns whether anybody does."""
         if not self.woken:
-            return
+            return False
+        found = False
         for node in sorted(nodes):
             for agent in self.watchers.get(node, ()):
                 event = self.woken.get(agent)
                 if event is not None:
                     _trigger(event)
+                    found = True
+        return found
 
     # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
 
@@ -274,7 +281,7 @@ class Episode:
                 else:
                     self.steps[agent] += 1
                     if isinstance(choice.intent, Wait) and choice.intent.clear >= 0:
-                        self.world.clear_requests[choice.intent.clear] = agent
+                        self.world.clear_requests.setdefault(choice.intent.clear, agent)
 
     def _tick_waits(self, agent: int, wait: Wait) -> None:
         self._note_wait(agent, wait)
@@ -329,12 +336,14 @@ class Episode:
 
     def _start(self, agent: int, intent: Move) -> Done | None:
         self.steps[agent] += 1
+        if self.world.clear_requests:
+            self._withdraw_request(agent)
         if self.world.begin(agent, intent) and isinstance(intent, Push):
             self._deposit("claim", agent, intent.box, intent.hole)
         return self.backend.start(agent, intent, self.now)
 
-    def _settle(self, agent: int, intent: Move, outcome: Outcome, began: float) -> None:
-        """Applies an outcome, deposits, and wakes whoever waited for what it changed."""
+    def _settle(self, agent: int, intent: Move, outcome: Outcome, began: float) -> bool:
+        """Applies an outcome, deposits, and wakes whoever waited for what it changed; returns whether anybody did."""
         world, view, target = self.world, self.views[agent], intent.node
         origin, before = world.agent_node[agent], world.agent_from[agent]
         box, hole, action = -1, -1, "travel"
@@ -342,8 +351,6 @@ class Episode:
             box, hole = intent.box, intent.hole
             action = "take" if world.box_node[box] == target else "push"
         changed = world.apply(agent, intent, outcome)
-        if world.clear_requests:
-            self._withdraw_request(agent)
         view.waited, view.refused = 0.0, None
         view.failures = 0 if outcome.status == "arrived" else view.failures + 1
         self.last_outcome = self.now
@@ -357,7 +364,7 @@ class Episode:
             self._deposit("wait", agent)
         if self.backend.tick is not None:
             self.rows.foreign(self.backend.rows())
-        self._wake(changed)
+        return self._wake(changed)
 
     def _note_wait(self, agent: int, wait: Wait) -> None:
         target = wait.nodes[0] if wait.nodes else -1

@@ -123,7 +123,7 @@ class Strides:
         node, steps = self.agent_node[agent], self.steps[agent]
         if node == self.goal or steps >= self.max_steps or self.agent_box[agent] >= 0 or self.reserved[agent]:
             return -1.0
-        if self.clear_requests and node in self.clear_requests:
+        if self.clear_requests:  # asked to make way, or to keep off a node
             return -1.0
         memory = self.memories[agent]
         if memory.box >= 0 or memory.shunned >= 0 or (self.worth is not None and self.sees_box(node)):

@@ -81,7 +81,10 @@ def _check_runs(factory: Factory, scenario: Scenario, episodes: int, seed: int) 
         reseeded = _run(factory(scenario), scenario, episodes, seed)
     with global_randomness(2):
         again = _run(factory(scenario), scenario, episodes, seed)
+    with global_randomness(1):
+        late = _run(factory(scenario), scenario, episodes, seed)
     same_traces("repeatable", "two runs of one seed differ", reseeded, again)
+    same_traces("no state of its own", "after other runs the same run is another one", first, late)
     same_traces("randomness", "the seed of the `random` module makes a difference", first, reseeded)
     renewed = _run(_Renewed(factory, scenario), scenario, episodes, seed)
     same_traces("no state of its own", "a new policy object for each decision makes a difference", first, renewed)

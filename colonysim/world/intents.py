@@ -26,7 +26,7 @@ class Push:
     Attributes:
         box: Number of the box.
         node: Where the edge leads.
-        hole: The hole (its key) that the box is meant for; the pair is what B is kept for.
+        hole: The hole (its key) that the box is meant for; the pair is what B is kept for. -1: it is only passed by.
     """
 
     box: int

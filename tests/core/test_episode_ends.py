@@ -320,3 +320,38 @@ def test_a_backend_is_closed_when_nobody_listens_any_more():
     next(events)
     events.close()
     assert body.closed == 1
+
+
+def test_who_waits_for_a_place_goes_before_who_comes_from_it():
+    """One agent paces between 1 and 2, another waits for 1: it is let in as soon as the node is free."""
+
+    def act(agent, view, n):
+        if agent == 0:
+            return Travel(1) if view.free(1) else Wait((1,))
+        return Travel(2 if view.node == 1 else 1) if view.free(1) or view.node == 1 else Wait((1,))
+
+    scenario = line(4, goal=3, agents=[0, 1], max_steps=6)
+    events, _ = result(scenario, policy=Script(act))
+    entered = next(e for e in events if e.kind == "end" and e.agent == 0)
+    assert entered.target == 1 and entered.began == pytest.approx(1.0)
+
+
+def test_who_asks_first_for_a_place_is_served_first_and_a_request_ends_with_the_wait():
+    asked = {}
+
+    def act(agent, view, n):
+        if agent == 2:  # stands on 1 until 10 s, then leaves by 3
+            asked.update(world=view._world)
+            return Wait((), 10.0) if n == 0 else Travel(3) if view.node == 1 else Wait((), 50.0)
+        if agent == 1 and n == 0:
+            return Wait((), 1.0)
+        if view.node == 1:
+            return Wait((), 50.0)
+        return Travel(1) if view.free(1) and not view.wanted(1) else Wait((1,), None, 1)
+
+    points = [(0, 0), (1, 0), (1, 1), (2, 0), (9, 9)]
+    scenario = place(points, [(0, 1), (1, 2), (1, 3)], goal=4, agents=[0, 2, 1], max_steps=3, stall_seconds=30)
+    events, _ = result(scenario, policy=Script(act))
+    entered = [e.agent for e in events if e.kind == "end" and e.target == 1]
+    assert entered == [0]
+    assert asked["world"].clear_requests == {1: 1}, "the other one asks in its turn"

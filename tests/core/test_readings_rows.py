@@ -251,7 +251,7 @@ def test_deposit_at_start_or_only_after_a_step():
         policy = Stigmergy(scenario, StigmergySettings(deposit_at_start=at_start))
         _, rows = play(scenario, policy=policy, episodes=1)
         first = [row for row in rows.tables["deposits"] if row[1] == 0.0]
-        assert sorted((row[2], row[4]) for row in first) == ([("D", 1), ("E", 1), ("H", 1)] if at_start else [])
+        assert sorted((row[2], row[4]) for row in first) == ([("D", 1), ("E", 1), ("H", 1)] if at_start else [("H", 1)])
         assert {row[2] for row in rows.tables["deposits"] if row[1] > 0.0} >= {"D", "E"}
 
 
@@ -291,7 +291,8 @@ def test_a_higher_beta_is_more_decided():
 
 def test_overfill_allows_a_hill():
     for overfill, wanted in ((True, Push(0, 1, 0)), (False, None)):
-        mind = Mind(line(5, goal=4, agents=[0], holes={2: (-1.0, 0.0)}, boxes=[(1, 2.0)]), overfill=overfill)
+        scenario = line(5, goal=4, agents=[0], holes={2: (-1.0, 0.0)}, boxes=[(1, 2.0)])
+        mind = Mind(scenario, overfill=overfill, step_past=False)
         choice = mind.decide()
         assert (choice.intent if isinstance(choice.intent, Push) else None) == wanted
         assert mind.policy._has_room(mind.view, 0, 0) == overfill
@@ -307,8 +308,34 @@ def test_candidates_centre_box_or_agent():
     found = {}
     for centre in ("box", "agent"):
         mind = Mind(scenario, candidates_centre=centre)
-        found[centre] = mind.policy._targets(mind.view, 0, 1)
-    assert found == {"box": [], "agent": [(0, 0)]}
+        found[centre] = mind.policy._targets(mind.view, mind.memory, 0, 1)
+    assert found == {"box": [], "agent": [(0, (1, 0, 3, 2))]}
+
+
+def test_errands_the_hole_of_a_box_is_remembered_on_the_way_to_it():
+    # From 3 the agent sees box and hole, from 4, on its way to the box, the hole no more. H is 1 round the hole, at the
+    # box too, and says nothing.
+    points = [(0, 0), (1, 0), (2, 0), (1, 1.2), (2.5, 1.8), (0, -1)]
+    scenario = place(points, [(0, 1), (1, 2), (3, 4), (2, 4), (0, 5)], goal=5, agents=[3], holes={0: HOLE},
+                     boxes=[(2, 1.0)], detection_radius=2.4)  # fmt: skip
+    for errands, then in ((True, Push(0, 2, 0)), (False, Travel(3))):
+        mind = Mind(scenario, errands=errands)
+        mind.fields["H"].load([Write(1, 0, 1.0), Write(2, 0, 1.0)])
+        first = mind.decide()
+        assert first.intent == Travel(4)
+        stand(mind.world, 0, 4)
+        mind.memory = first.memory
+        assert mind.decide().intent == then
+
+
+def test_step_past_who_is_shut_in_leaves_a_box_on_another_side():
+    scenario = line(5, goal=4, agents=[0], boxes=[(1, 1.0)], max_steps=9)
+    for past, ended in ((True, "goal"), (False, "deadlock")):
+        events, rows = play(scenario, policy=Stigmergy(scenario, StigmergySettings(step_past=past)), episodes=1)
+        assert events[-1].status == ended
+        assert not [row for row in rows.tables["deposits"] if row[2] == "B"], "B is not for boxes that are only passed"
+    open_way = line(5, goal=4, agents=[1], boxes=[(2, 1.0)])
+    assert Mind(open_way).decide().intent == Travel(0), "who has another way out takes that"
 
 
 def test_collision_two_node_or_reservation():
@@ -342,6 +369,16 @@ def test_a_carrier_waits_and_asks_for_its_way_or_does_not_ask():
     assert yields.asked_to_clear and not asked.view.asked_to_clear
     choice = asked.policy.decide(yields, Memory(1.0), random.Random(0))
     assert choice.intent == Travel(4) and not choice.explored, "it makes way instead of exploring"
+
+
+def test_what_a_carrier_asks_for_is_left_to_it():
+    for ask, left in ((True, (0,)), (False, (0, 2))):
+        mind = Mind(line(4, goal=3, agents=[1, 3]), ask_to_clear=ask)
+        mind.world.clear_requests[2] = 1
+        assert mind.view.wanted(2) and not mind.view.wanted(0)
+        assert mind.decide().targets == left
+        mind.world.clear_requests[2] = 0
+        assert mind.decide().targets == (0, 2), "what it asks for itself is its own"
 
 
 def test_patience_a_carrier_drops_its_box_and_walks_off():

@@ -1,4 +1,4 @@
-"""A box whose way to a hole in sight leads out of sight of it: followed to its end, never to and fro for ever."""
+"""Ways of boxes: out of sight of their hole followed to the end, never to and fro for ever, and never over the goal."""
 
 from __future__ import annotations
 
@@ -53,3 +53,14 @@ def test_no_box_is_pushed_to_and_fro_for_ever(number):
     events, _ = play(scenario, episodes=4, seed=10)
     pushed = Counter((e.episode, e.box, e.node, e.target) for e in events if e.kind == "end" and e.action == "push")
     assert not pushed or max(pushed.values()) < 10
+
+
+def test_no_box_is_pushed_over_the_goal_and_nobody_walks_over_it_to_a_box():
+    # The short way from the box to the hole leads over the goal 1, and one of two as short from agent 1 to the box.
+    points = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)]
+    edges = [(0, 1), (1, 2), (0, 3), (1, 4), (3, 4), (4, 5), (2, 5)]
+    scenario = place(points, edges, goal=1, agents=(3, 4), holes={2: (-1.0, 0.0)}, boxes=[(0, 1.0)], max_steps=30)
+    events, _ = play(scenario, episodes=5, seed=10)
+    assert [event.status for event in events if event.kind == "episode"] == ["goal"] * 5
+    pushed = {(e.node, e.target) for e in events if e.action == "push" and e.kind == "end"}
+    assert {(0, 3), (3, 4), (4, 5), (5, 2)} <= pushed and (0, 1) not in pushed

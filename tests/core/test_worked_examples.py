@@ -9,7 +9,7 @@ from colonysim.backends.nodeworld import NodeWorld
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, Write
 from colonysim.plugins import make_policy
 from colonysim.policies.settings import PRESETS
-from colonysim.policies.stigmergy import Stigmergy
+from colonysim.policies.stigmergy import Memory, Stigmergy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.world.state import World
@@ -124,4 +124,4 @@ def test_hole_candidates_figure():
     body = NodeWorld()
     body.reset(world, Streams(0))
     view = LocalView(world, fields, body, 0)
-    assert policy._targets(view, 0, 1) == [(0, 3), (1, 4)]
+    assert policy._targets(view, Memory(0.0), 0, 1) == [(0, (1, 3, 5)), (1, (1, 4))]

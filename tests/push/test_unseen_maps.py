@@ -1,4 +1,4 @@
-"""Maps that nothing was tuned on: `benchmarks/bullet_tables.py run --maps tests/push/maps/yard.yaml` drives on them."""
+"""Maps of our own: `benchmarks/bullet_tables.py run --maps tests/push/maps/quarry.yaml` drives on them."""
 
 from pathlib import Path
 
@@ -14,11 +14,11 @@ MAPS = sorted((Path(__file__).parent / "maps").glob("*.yaml"))
 
 
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
-def test_they_can_be_built_and_have_a_ramp_and_a_pit_two_deep(path: Path) -> None:
+def test_they_can_be_built(path: Path) -> None:
     layout = lay_out(load_scenario(path))
-    assert layout.terrain.ramps
-    assert max(pit.depth for pit in layout.terrain.pits) == pytest.approx(0.5)
     assert {box.height for box in layout.boxes} == {0.25}
+    deep = max(pit.depth for pit in layout.terrain.pits)
+    assert (deep, len(layout.terrain.ramps)) == ((0.25, 0) if path.stem == "causeway" else (pytest.approx(0.5), 1))
 
 
 @pytest.mark.parametrize("target", [(4.6, 3.0), (3.1, 4.5), (3.1, 1.5)])
