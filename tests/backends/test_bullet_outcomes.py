@@ -212,7 +212,7 @@ def test_what_cannot_be_done_is_refused_at_once(intent: Intent) -> None:
         done = backend.start(0, Travel(1), 0.0)
         assert done is not None
         assert done.outcome.status == "blocked"
-        assert world.agent_node == [0]
+        assert list(world.agent_node) == [0]
     finally:
         backend.close()
 
