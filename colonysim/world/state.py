@@ -152,9 +152,7 @@ class World:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
         surface, reach = self.surface, self.scenario.reach
         return [
-            (j, length)
-            for j, length, rise in self.topology.ways[node]
-            if -reach < surface[j] - level - rise < reach
+            (j, length) for j, length, rise in self.topology.ways[node] if -reach < surface[j] - level - rise < reach
         ]
 
     def exits(self, agent: int) -> list[int]:
