@@ -48,10 +48,10 @@ LABELS = {"batch size b": "b = 128", "exploration steps S": "S = 1000", "target 
 def config_of(setting: str, base: str, episodes: int) -> TrainingConfig:
     """The configuration of a setting: the preset `base` with the paper's b, S and M, but for what the setting says."""
     preset = PRESETS[base]
+    learner = dataclasses.replace(preset.learner, target_every=300, average_share=None)
     config = dataclasses.replace(
         preset, name=f"{base}, {setting}", actions=None, episodes=episodes, batch=128, explore=1000, kinds=HOLE,
-        train_block=20, test_block=20, learner=dataclasses.replace(preset.learner, target_every=300),
-        candidates=1, score_blocks=1,
+        train_block=20, test_block=10, learner=learner, candidates=1, score_blocks=3,
     )  # fmt: skip
     what, _, value = setting.partition(" ")
     if what == "batch":
@@ -82,11 +82,7 @@ def measure(setting: str, base: str, episodes: int, seed: int, pushes: int, work
     return {
         "setting": setting, "base": base, "episodes": episodes, "seed": seed, "pushes": pushes,
         "peak_episode": trained.peak_episode, "actions": trained.history[-1].actions,
-        "tests": [
-            [p.episodes, p.actions, round(p.success, 4), round(p.reward, 4)]
-            for p in trained.history
-            if p.actions > config.explore
-        ],
+        "tests": [[p.episodes, p.actions, round(p.success, 4), round(p.reward, 4)] for p in trained.history],
         "pushed": {kind: [r["success"], round(r["reward_mean"], 4)] for kind, r in found.items()},
         "cpu_seconds": round(time.process_time() - began, 1),
     }  # fmt: skip

@@ -1,21 +1,23 @@
 """Training the push from nothing with several seeds, and which of the networks is best.
 
 The seed whose network has the largest mean success over `rl` and over one try of `staged`, all terrains alike, on
-tuning pushes wins. Trainings that are there already are not repeated, those that were stopped go on.
+tuning pushes wins; `--ship` writes it, its card telling of all seeds. Trainings that are there already are not
+repeated, those that were stopped go on.
 
-    python benchmarks/push_seeds.py --seeds 0 1 2 --workers 2 --work runs/push-seeds
+    python benchmarks/push_seeds.py --seeds 0 1 2 --workers 2 --work runs/push-seeds --ship colonysim/push/models
 """
 
 import argparse
 import json
 import os
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from colonysim.push.cards import load_model, replace_file
+from colonysim.push.cards import load_model, replace_file, save_model
 from colonysim.push.evaluation import evaluate_push
 from colonysim.push.executors import ExecutorName
 from colonysim.push.seeds import Purpose
@@ -27,11 +29,19 @@ PUSHES: tuple[ExecutorName, ...] = ("rl", "staged")
 
 def measure(seed: int, pushes: int, work: Path) -> dict[str, Any]:
     """Train one seed and push with it; the row is kept beside the network."""
-    folder, began = work / f"s{seed}", time.perf_counter()
+    folder = work / f"s{seed}"
+    if (folder / "tuning.json").exists():
+        kept: dict[str, Any] = json.loads((folder / "tuning.json").read_text(encoding="utf-8"))
+        if kept["pushes"] == pushes:
+            return kept
+    began = time.perf_counter()
     if not (folder / "push.json").exists():
         train_push("improved", folder, seed, resume=True)
     trained, card = time.perf_counter() - began, load_model(folder / "push.json", "q-network").card
-    row: dict[str, Any] = {"seed": seed, "sha256": card["sha256"], "train_seconds": round(trained, 1), "pushes": pushes}
+    row: dict[str, Any] = {
+        "seed": seed, "sha256": card["sha256"], "wall_seconds": round(trained),
+        "cpu_seconds": card["how"]["cpu_seconds"], "pushes": pushes,
+    }  # fmt: skip
     for push in PUSHES:
         found = evaluate_push(
             push, episodes=pushes, seed=TUNING_SEED, tries=1, model=folder / "push.json", purpose=Purpose.TUNE
@@ -42,12 +52,24 @@ def measure(seed: int, pushes: int, work: Path) -> dict[str, Any]:
     return row
 
 
+def ship(rows: list[dict[str, Any]], work: Path, out: Path) -> None:
+    """Write the best seed's network to `out`, with how all of them did."""
+    best = max(rows, key=lambda row: float(row["mean"]))
+    model = load_model(work / f"s{best['seed']}" / "push.json", "q-network")
+    card = {key: part for key, part in model.card.items() if key not in ("format", "kind", "arrays", "sha256")}
+    card["how"]["command"] = f"python {' '.join(sys.argv)}"
+    card["how"]["rule"] = "of these trainings the one with the largest mean success on tuning pushes"
+    card["results"]["trainings"] = {"tuning_seed": TUNING_SEED, "rows": rows}
+    save_model(out / "push.npz", "q-network", model.arrays, card)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--pushes", type=int, default=100, help="tuning pushes a terrain and executor")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--work", type=Path, default=Path("runs/push-seeds"))
+    parser.add_argument("--ship", type=Path, help="folder that the best network is written to")
     given = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     rows = []
@@ -56,6 +78,8 @@ def main() -> None:
             rows.append(job.result())
             print(rows[-1], flush=True)
     print(f"best: seed {max(rows, key=lambda row: row['mean'])['seed']}")
+    if given.ship is not None:
+        ship(rows, given.work, given.ship)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from math import sqrt
+from random import Random
+from typing import TYPE_CHECKING
 
-__all__ = ["wilson"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["bootstrap", "wilson"]
 
 
 def wilson(successes: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
@@ -16,3 +21,17 @@ def wilson(successes: int, trials: int, z: float = 1.959964) -> tuple[float, flo
     middle = (share + z * z / (2 * trials)) / scale
     half = z * sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials)) / scale
     return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def bootstrap(values: Sequence[float], resamples: int = 2000, share: float = 0.95) -> tuple[float, float]:
+    """The percentile interval of a mean, by resampling with a fixed seed; the value itself if there is only one.
+
+    Raises:
+        ValueError: There are no values.
+    """
+    if not values:
+        raise ValueError("no values to resample")
+    draw, count = Random(0).random, len(values)
+    means = sorted(sum(values[int(draw() * count)] for _ in values) / count for _ in range(resamples))
+    cut = (1.0 - share) / 2.0
+    return means[int(cut * resamples)], means[min(resamples - 1, int((1.0 - cut) * resamples))]

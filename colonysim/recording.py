@@ -116,7 +116,7 @@ def run(
     with writer:
         events = simulate(
             scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
-            initial=start, decisions=decisions,
+            initial=start, decisions=decisions, kinds=None if on_event else ("episode",),
         )  # fmt: skip
         try:
             if on_event:

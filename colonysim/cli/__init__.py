@@ -7,7 +7,21 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from colonysim.cli import backends, evaluate, export, plot, report, run, scenarios, schema, train, validate
+from colonysim.cli import (
+    backends,
+    evaluate,
+    export,
+    new,
+    plot,
+    report,
+    results,
+    run,
+    scenarios,
+    schema,
+    sweep,
+    train,
+    validate,
+)
 from colonysim.errors import ColonysimError
 
 __all__ = ["app", "main"]
@@ -52,7 +66,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-for module in (run, scenarios, validate, backends, schema, plot, report, export):
+for module in (run, scenarios, new, validate, backends, schema, plot, report, export, sweep, results):
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)
 app.add_typer(train.app, name="train")

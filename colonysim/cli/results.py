@@ -1,81 +1,72 @@
-"""The results of a run, as JSON and as a table."""
+"""`colonysim results`: what a sweep has found so far."""
 
 from __future__ import annotations
 
-from statistics import fmean, stdev
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Annotated, Any
 
-from colonysim.cli.console import print_table
+import typer
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+__all__ = ["EXAMPLES", "command"]
 
-    from colonysim.trace.reader import Run
-    from colonysim.trace.schema import EpisodeResult
-
-__all__ = ["print_results", "results"]
-
-
-def _spread(values: Sequence[float]) -> tuple[float, float]:
-    """Mean and sample standard deviation (0 for a single value)."""
-    return (fmean(values), stdev(values) if len(values) > 1 else 0.0) if values else (0.0, 0.0)
+EXAMPLES = """\b
+Examples:
+  colonysim results results/beta
+  colonysim results results/beta --episodes 11-20 --by policy.beta
+  colonysim results results/beta --sql "SELECT seed, max(steps) FROM episodes GROUP BY seed"
+"""
 
 
-def results(run: Run) -> dict[str, Any]:
-    """What `colonysim run --json` prints; standard deviations are those of a sample (n - 1)."""
-    steps_mean, steps_sd = _spread([episode.steps for episode in run.episodes])
-    success_mean, success_sd = _spread([episode.success for episode in run.episodes])
-    keys = ("episode", "steps", "success", "ended", "sim_seconds", "wall_seconds")
-    return {
-        "scenario": run.manifest["name"],
-        "backend": run.manifest["backend"],
-        "policy": run.manifest["policy"],
-        "mode": run.manifest["mode"],
-        "seed": run.manifest["seed"],
-        "out": None if run.path is None else str(run.path),
-        "trace_sha256": run.trace_sha256,
-        "episodes": [{key: getattr(episode, key) for key in keys} for episode in run.episodes],
-        "summary": {
-            "steps_mean": steps_mean,
-            "steps_sd": steps_sd,
-            "success_mean": success_mean,
-            "success_sd": success_sd,
-        },
-    }
+def command(
+    directory: Annotated[Path, typer.Argument(help="The sweep's directory.", show_default=False)],
+    by: Annotated[
+        list[str] | None, typer.Option("--by", help="Column to tell apart; may be given again. [default: what varies]")
+    ] = None,
+    episodes: Annotated[
+        str | None, typer.Option(metavar="FIRST-LAST", help="Only these episodes. [default: all]")
+    ] = None,
+    sql: Annotated[str | None, typer.Option(help="A query on the tables `trials` and `episodes` instead.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print rows as JSON.")] = False,
+) -> None:
+    """Print means over seeds with 95 % bootstrap intervals, or the answer to a query.
+
+    It can be asked while the sweep runs: the tables are some seconds old then.
+    """
+    from colonysim.cli.console import print_json, print_table
+    from colonysim.sweep.tables import query, read_table, summary
+
+    if sql is not None:
+        names, rows = query(directory, sql)
+        if as_json:
+            print_json([dict(zip(names, row, strict=True)) for row in rows])
+        else:
+            print_table(names, [["" if v is None else str(v) for v in row] for row in rows])
+        return
+    found = summary(read_table(directory, "trials"), read_table(directory, "episodes"), by, _range(episodes))
+    if as_json:
+        print_json(found)
+        return
+    names = [name for name in (found[0] if found else {}) if not name.endswith(("_low", "_high"))]
+    columns = [f">{name}" if name in ("trials", "finished", "failed", "success", "steps") else name for name in names]
+    print_table(columns, [[_cell(row, name) for name in names] for row in found], str(directory))
 
 
-def print_results(run: Run) -> None:
-    """The same as a table for people: all episodes, and the last third if there are many."""
-    from collections import Counter
-
-    import typer
-
-    episodes = run.episodes
-    parts = [episodes]
-    if len(episodes) >= 9:
-        third = len(episodes) // 3
-        parts += [episodes[:third], episodes[-third:]]
-    rows = []
-    for part in parts:
-        if part:
-            rows.append(_row(part, Counter(episode.ended for episode in part)))
-    manifest = run.manifest
-    title = f"{manifest['name']} · {manifest['backend']} · {manifest['policy']} · {manifest['mode']}"
-    columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
-    print_table(columns, rows, f"{title} · seed {manifest['seed']}")
-    if run.path is not None:
-        typer.echo(f"run    {run.path}")
-    typer.echo(f"trace  {run.trace_sha256}")
+def _cell(row: dict[str, Any], name: str) -> str:
+    value = row[name]
+    if value is None:
+        return "-"
+    if f"{name}_low" not in row:
+        return str(value)
+    digits = 3 if name == "success" else 1
+    return f"{value:.{digits}f} [{row[f'{name}_low']:.{digits}f}, {row[f'{name}_high']:.{digits}f}]"
 
 
-def _row(part: Sequence[EpisodeResult], endings: dict[str, int]) -> tuple[str, ...]:
-    steps, steps_sd = _spread([episode.steps for episode in part])
-    success, success_sd = _spread([episode.success for episode in part])
-    return (
-        f"{part[0].episode}-{part[-1].episode}" if len(part) > 1 else str(part[0].episode),
-        f"{steps:.2f} ± {steps_sd:.2f}",
-        f"{success:.3f} ± {success_sd:.3f}",
-        f"{fmean(episode.sim_seconds for episode in part):.1f}",
-        f"{sum(episode.wall_seconds for episode in part):.1f}",
-        ", ".join(f"{ended} {count}" for ended, count in sorted(endings.items())),
-    )
+def _range(episodes: str | None) -> tuple[int, int] | None:
+    from colonysim.errors import ColonysimError
+
+    if episodes is None:
+        return None
+    first, _, last = episodes.partition("-")
+    if not (first.isdigit() and (last or first).isdigit()):
+        raise ColonysimError(f"--episodes {episodes}: expected a number, or two such as 11-20")
+    return int(first), int(last or first)

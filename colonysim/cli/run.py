@@ -90,7 +90,7 @@ def command(
     """
     from colonysim.cli.console import print_json, say
     from colonysim.cli.progress import Bar
-    from colonysim.cli.results import print_results, results
+    from colonysim.cli.summary import print_results, results
     from colonysim.recording import run
     from colonysim.world.loading import load_scenario
 

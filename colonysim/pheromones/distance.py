@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Literal
 
@@ -54,8 +55,8 @@ class Distance:
 
     Attributes:
         d: Distance of each node; its Euclidean distance to the goal until somebody has been there.
-        official: Whether a node's distance was found along a path from the goal.
-        visited: The nodes where somebody has left a mark.
+        official: For each node 1 if its distance was found along a path from the goal, else 0.
+        visited: For each node 1 if somebody has left a mark there, else 0.
         straight: The Euclidean distance of each node to the goal.
         lrta: Whether the rule is "lrta".
         blank: Whether D of an unvisited node is 0.
@@ -82,14 +83,14 @@ class Distance:
         self.d_max = d_max
         goal, topology = world.scenario.goal, world.topology
         self._goal = goal
-        self.straight = [topology.distance(i, goal) for i in range(len(topology))]
-        self.d = list(self.straight)
-        self.official = [False] * len(topology)
-        self.visited: dict[int, None] = {}
+        self.straight = array("d", (topology.distance(i, goal) for i in range(len(topology))))
+        self.d = self.straight[:]
+        self.official = bytearray(len(topology))
+        self.visited = bytearray(len(topology))
 
     def at(self, node: int, key: int = -1) -> float:
         """D of a node; of an unvisited one, d_max less its Euclidean distance to the goal, or 0."""
-        if self.blank and node not in self.visited:
+        if self.blank and not self.visited[node]:
             return 0.0
         value = self.d_max - self.d[node]
         return value if value > 0.0 else 0.0
@@ -119,10 +120,10 @@ class Distance:
         return writes
 
     def _update(self, node: int, level: float) -> None:
-        self.visited[node] = None
+        self.visited[node] = 1
         if node == self._goal:
             self.d[node] = 0.0
-            self.official[node] = True
+            self.official[node] = 1
             return
         d, official = self.d, self.official
         best = best_official = UNKNOWN
@@ -133,7 +134,7 @@ class Distance:
             if through < best_official and official[j]:
                 best_official = through
         if best_official < UNKNOWN:
-            official[node] = True
+            official[node] = 1
         value = best if self.lrta else best_official
         d[node] = value if value < UNKNOWN else self.straight[node]
 
@@ -142,13 +143,13 @@ class Distance:
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node in sorted(self.visited)]
+        return [Write(node, -1, self.at(node)) for node, visited in enumerate(self.visited) if visited]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over distances; a node whose d is not the straight one, or is that of a path, counts as official."""
         topology = self._world.topology
         for node, _, value in sorted(frame, key=lambda write: -write.value):  # the nearest to the goal first
-            self.visited[node] = None
+            self.visited[node] = 1
             far = self.d[node] = self.d_max - value
             ways = zip(topology.neighbours[node], topology.lengths[node], strict=True)
             along_path = any(self.official[j] and abs(self.d[j] + length - far) < 1e-9 for j, length in ways)

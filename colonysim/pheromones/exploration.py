@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.pheromones.field import Write
@@ -29,7 +30,8 @@ class Exploration:
         at_start: Whether an agent deposits before its first step too.
 
     Attributes:
-        stored: For each visited node what E is made of: E = stored * scale - shift.
+        stored: For each node what E is made of: E = stored * scale - shift.
+        visited: For each node 1 if somebody has left a mark that still counts, else 0.
         scale: What has evaporated since.
         shift: What has been subtracted since.
     """
@@ -43,14 +45,14 @@ class Exploration:
         self._world = world
         self._keep = evaporation
         self._silent = {"claim"} | ({"wait"} if not on_wait else set()) | ({"start"} if not at_start else set())
-        self._size = len(world.topology)
-        self.stored: dict[int, float] = {}
+        self.stored = array("d", bytes(8 * len(world.topology)))
+        self.visited = bytearray(len(world.topology))
         self.scale = 1.0
         self.shift = 0.0
 
     def at(self, node: int, key: int = -1) -> float:
         """E of a node."""
-        return self.stored.get(node, 0.0) * self.scale - self.shift
+        return self.stored[node] * self.scale - self.shift
 
     def keys(self, node: int) -> Sequence[int]:
         """None: one value a node."""
@@ -61,27 +63,30 @@ class Exploration:
         if visit.moment in self._silent:
             return ()
         node, scale = visit.node, self.scale
-        stored = self.stored[node] = self.stored.get(node, 0.0) + 1.0 / scale
+        stored = self.stored[node] = self.stored[node] + 1.0 / scale
+        self.visited[node] = 1
         return (Write(node, -1, stored * scale - self.shift),)
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""
         if self._keep is None:
-            if len(self.stored) == self._size:
-                self.shift = min(self.stored.values()) * self.scale
+            if all(self.visited):
+                self.shift = min(self.stored) * self.scale
         elif self._keep <= 0.0:
-            self.stored.clear()
+            self.stored = array("d", bytes(8 * len(self.stored)))
+            self.visited = bytearray(len(self.visited))
         else:
             self.scale *= self._keep
             if self.scale < SMALLEST_SCALE:
-                self.stored = {node: value * self.scale for node, value in self.stored.items()}
+                self.stored = array("d", [value * self.scale for value in self.stored])
                 self.scale = 1.0
 
     def frame(self) -> Iterable[Write]:
         """E of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node in sorted(self.stored)]
+        return [Write(node, -1, self.at(node)) for node, visited in enumerate(self.visited) if visited]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over values."""
         for node, _, value in frame:
             self.stored[node] = (value + self.shift) / self.scale
+            self.visited[node] = 1

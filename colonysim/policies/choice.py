@@ -22,7 +22,9 @@ def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
     """
     top = max(values) if beta >= 0.0 else min(values)
     weights = [1.0 if value == top else exp(beta * (value - top)) for value in values]
-    total = sum(weights)
+    total = 0.0
+    for weight in weights:  # sum() adds in another way from Python 3.12 on
+        total += weight
     return [weight / total for weight in weights]
 
 

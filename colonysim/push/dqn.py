@@ -53,10 +53,12 @@ class DoubleDQN:
         self.updates = 0
         self._online = _module(start)
         self._target = _module(start)
+        self._average = _module(start) if config.average_share is not None else self._online
         self._optimizer = torch.optim.Adam(self._online.parameters(), lr=config.learning_rate, fused=True)
         self._loss: nn.Module = nn.SmoothL1Loss() if config.loss == "huber" else nn.MSELoss()
         # The views share memory with the parameters, so that acting always uses the newest weights.
         self.network = QNetwork(start.inputs, tuple(_layers(self._online)))
+        self.tested = QNetwork(start.inputs, tuple(_layers(self._average)))
 
     def update(self, batch: Batch, progress: float) -> float:
         """One gradient step; returns the loss.
@@ -87,17 +89,16 @@ class DoubleDQN:
         self._optimizer.step()
         self.updates += 1
         self._move_target()
+        if config.average_share is not None:
+            _mix(self._average, self._online, config.average_share)
         return float(loss.detach())
 
-    def averaged(self) -> QNetwork:
-        """The target network as it is now."""
-        return QNetwork(self.inputs, tuple((w.copy(), b.copy()) for w, b in _layers(self._target)))
-
     def dump(self) -> dict[str, npt.NDArray[Any]]:
-        """What a checkpoint needs: both networks and Adam's moments."""
+        """What a checkpoint needs: the networks and Adam's moments."""
         made: dict[str, npt.NDArray[Any]] = {"updates": np.array(self.updates)}
-        for i, (online, target) in enumerate(self._pairs()):
+        for i, (online, target, average) in enumerate(self._parameters()):
             made[f"online_{i}"], made[f"target_{i}"] = online.detach().numpy(), target.detach().numpy()
+            made[f"average_{i}"] = average.detach().numpy()
             moments = self._optimizer.state.get(online)
             if moments:
                 made[f"mean_{i}"], made[f"square_{i}"] = (
@@ -110,7 +111,8 @@ class DoubleDQN:
         """Take back what `dump` gave."""
         self.updates = int(arrays["updates"])
         with torch.no_grad():
-            for i, (online, target) in enumerate(self._pairs()):
+            for i, (online, target, average) in enumerate(self._parameters()):
+                average.copy_(torch.from_numpy(arrays[f"average_{i}"]))
                 online.copy_(torch.from_numpy(arrays[f"online_{i}"]))
                 target.copy_(torch.from_numpy(arrays[f"target_{i}"]))
                 if f"mean_{i}" in arrays:
@@ -120,17 +122,21 @@ class DoubleDQN:
                         "exp_avg_sq": torch.from_numpy(arrays[f"square_{i}"].copy()),
                     }
 
-    def _pairs(self) -> list[tuple[nn.Parameter, nn.Parameter]]:
-        return list(zip(self._online.parameters(), self._target.parameters(), strict=True))
+    def _parameters(self) -> list[tuple[nn.Parameter, nn.Parameter, nn.Parameter]]:
+        networks = self._online, self._target, self._average
+        return list(zip(*(network.parameters() for network in networks), strict=True))
 
     def _move_target(self) -> None:
         every = self.config.target_every
         if every is not None and self.updates % every:
             return
-        share = 1.0 if every is not None else self.config.target_share
-        with torch.no_grad():
-            for online, target in self._pairs():
-                target.lerp_(online, share)
+        _mix(self._target, self._online, 1.0 if every is not None else self.config.target_share)
+
+
+def _mix(into: nn.Module, network: nn.Module, share: float) -> None:
+    with torch.no_grad():
+        for mixed, own in zip(into.parameters(), network.parameters(), strict=True):
+            mixed.lerp_(own, share)
 
 
 def _module(network: QNetwork) -> nn.Sequential:

@@ -21,6 +21,8 @@ _FAR = 5.0
 _STRAIGHT, _TURNED = 0.2, 0.3
 _LOW = 0.2
 _CORRIDOR, _DRIFT = 0.15, 0.08
+_WIDER, _WIDENING, _NEAR = 0.15, 0.1, 0.5
+"""Up a slope, which is long, the corridor widens by a share of what remains beyond the last half metre."""
 _TIPPING = (0.62, 0.80)
 _TIPPING_OFFSET = 0.08
 _PAST = 0.012
@@ -113,6 +115,8 @@ def guard(task: PushTask, state: State, started_at: float, corridor: float = _CO
     """
     offset = abs(state.cross_track)
     remaining = state.remaining
+    if task.kind == "slope":
+        corridor += min(_WIDER, _WIDENING * max(0.0, remaining - _NEAR))
     if offset > max(corridor, abs(started_at) + _DRIFT):
         return "off_line"
     if task.kind == "hole":

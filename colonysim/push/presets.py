@@ -26,6 +26,8 @@ class LearnerConfig:
         gradient_clip: Largest norm of a gradient; None for no limit.
         target_every: M, updates between two copies of the online to the target network; None: soft.
         target_share: Share of the online network mixed into the target network at each update, when soft.
+        average_share: Share of the online network mixed at each update into an average that is tested and kept in
+            its place, which is steadier; None: the online network itself.
     """
 
     target: Target = "standard"
@@ -35,6 +37,7 @@ class LearnerConfig:
     gradient_clip: float | None = 10.0
     target_every: int | None = None
     target_share: float = 0.005
+    average_share: float | None = 0.001
 
 
 IMPROVED_LEARNER = LearnerConfig()
@@ -86,9 +89,10 @@ class TrainingConfig:
         kinds: Weights of the terrains.
         starts: Where episodes begin.
         score_blocks: Tests that a network's score is averaged over.
-        candidates: Networks with the best scores that a play-off on tuning seeds decides between; with a soft target
-            network its weights at the end take part too.
-        playoff: Episodes per terrain and start of the play-off.
+        candidates: Networks with the best scores that a play-off on tuning seeds decides between, if more than one;
+            the last one takes part too.
+        playoff: Episodes per terrain and start of the play-off's first round.
+        final: The same of its second round, between the two best of the first.
     """
 
     name: str
@@ -109,7 +113,7 @@ class TrainingConfig:
     epsilon_floor: float = 0.02
     actions: int | None = 80_000
     episodes: int | None = None
-    train_block: int = 60
+    train_block: int = 100
     test_block: int = 20
     testing: Testing = "greedy"
     rules: Rules = IMPROVED_RULES
@@ -122,6 +126,7 @@ class TrainingConfig:
     score_blocks: int = 3
     candidates: int = 4
     playoff: int = 16
+    final: int = 48
 
 
 PRESETS: dict[str, TrainingConfig] = {
@@ -135,6 +140,7 @@ PRESETS: dict[str, TrainingConfig] = {
             learning_rate_end=3e-4,
             gradient_clip=None,
             target_every=300,
+            average_share=None,
         ),
         gamma=0.975,
         steps=1,

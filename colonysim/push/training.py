@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -143,6 +144,8 @@ class _Run:
         self.history: list[Progress] = []
         self.candidates: list[_Candidate] = []
         self._losses: list[float] = []
+        self.spent = 0.0
+        self._began = time.process_time()
 
     @property
     def share(self) -> float:
@@ -159,9 +162,11 @@ class _Run:
         return self.share >= 1.0
 
     def block(self) -> None:
-        """Training episodes, then a test."""
+        """Training episodes, then a test; the exploration, where there is nothing to test, is part of the first."""
         config = self.config
         self._losses.clear()
+        while self.actions < config.explore:
+            self._train_episode()
         for _ in range(config.train_block):
             self._train_episode()
         rewards: list[float] = []
@@ -170,7 +175,7 @@ class _Run:
             rng = episode_rng(Purpose.TEST, self.seed, self.tests)
             self.tests += 1
             kind, mix = self._draw(rng)
-            choose = network_chooser(self.learner.network, rng, config.testing, config.beta)
+            choose = network_chooser(self.learner.tested, rng, config.testing, config.beta)
             gained, success = play(kind, mix, config, choose, rng)
             rewards.append(gained)
             won[kind].append(float(success))
@@ -187,18 +192,17 @@ class _Run:
                 float(np.mean(self._losses)) if self._losses else 0.0,
             )
         )
-        if self.actions > config.explore:
-            self._consider()
+        self.candidates.append(self._candidate())
+        self.candidates.sort(key=lambda c: (-c.score, -c.reward, c.episode))
+        del self.candidates[config.candidates :]
 
-    def _consider(self) -> None:
-        """Keep the network if its score is among the best."""
+    def _candidate(self) -> _Candidate:
+        """The network as it is now, with its score."""
         recent = self.history[-self.config.score_blocks :]
         score = float(np.mean([p.success for p in recent]))
         reward = float(np.mean([p.reward for p in recent]))
-        arrays = {k: a.copy() for k, a in self.learner.network.arrays().items()}
-        self.candidates.append(_Candidate(score, reward, self.episodes, arrays))
-        self.candidates.sort(key=lambda c: (-c.score, -c.reward, c.episode))
-        del self.candidates[self.config.candidates :]
+        arrays = {k: a.copy() for k, a in self.learner.tested.arrays().items()}
+        return _Candidate(score, reward, self.episodes, arrays)
 
     def _draw(self, rng: np.random.Generator) -> tuple[Kind, StartMix]:
         kinds, starts = self.config.kinds, self.config.starts
@@ -254,6 +258,7 @@ class _Run:
             "seed": self.seed,
             "rng": self.rng.bit_generator.state,
             "epsilon": self.epsilon,
+            "cpu_seconds": self.spent + time.process_time() - self._began,
             "counts": [self.episodes, self.actions, self.tests, self.counted],
             "candidates": [[c.score, c.reward, c.episode] for c in self.candidates],
             "history": [dataclasses.asdict(p) for p in self.history],
@@ -276,7 +281,7 @@ class _Run:
         self.learner.restore(arrays)
         self.replay.restore(arrays)
         self.rng.bit_generator.state = note["rng"]
-        self.epsilon = note["epsilon"]
+        self.epsilon, self.spent = note["epsilon"], note["cpu_seconds"]
         self.episodes, self.actions, self.tests, self.counted = note["counts"]
         self.history = [Progress(**p) for p in note["history"]]
         self.candidates = []
@@ -287,17 +292,7 @@ class _Run:
 
     def finish(self, name: str) -> Trained:
         """Let the best candidates play off, write the winner."""
-        if not self.candidates:
-            self._consider()
-        if self.config.learner.target_every is None:
-            # A soft target network is an average over the last updates, and often the steadiest of all.
-            last = self.history[-1]
-            averaged = self.learner.averaged().arrays()
-            self.candidates.append(_Candidate(last.success, last.reward, self.episodes, averaged))
-        scores = [self._playoff(c) for c in self.candidates] if len(self.candidates) > 1 else [{}]
-        means = [float(np.mean(list(s.values()))) if s else 0.0 for s in scores]
-        best = int(np.argmax(means))
-        winner = self.candidates[best]
+        winner, scores, each = self._playoff()
         network = network_from_arrays(self.config.inputs, winner.arrays)
         card = {
             "about": "Q network of the push: the value of each of the eight controls in a state (paper Eq. 4)",
@@ -309,33 +304,51 @@ class _Run:
                 "training_episodes": self.episodes,
                 "training_actions": self.actions,
                 "peak_episode": winner.episode,
+                "cpu_seconds": round(self.spent + time.process_time() - self._began),
                 "config": dataclasses.asdict(self.config),
             },
             "results": {
                 "test_success": winner.score,
                 "test_reward": winner.reward,
                 "test_episodes": self.config.test_block * self.config.score_blocks,
-                "tuning": scores[best],
-                "tuning_episodes_each": self.config.playoff if scores[best] else 0,
+                "tuning": scores,
+                "tuning_episodes_each": each,
             },
         }
         path = self.folder / f"{name}.npz"
         save_model(path, "q-network", network.arrays(), card)
         return Trained(network, path.with_suffix(".json"), winner.episode, tuple(self.history))
 
-    def _playoff(self, candidate: _Candidate) -> dict[str, float]:
-        """Success of a candidate on tuning seeds, by terrain and start."""
+    def _playoff(self) -> tuple[_Candidate, dict[str, float], int]:
+        """The best candidate, its success by start and terrain, and the episodes of each."""
+        field, config = list(self.candidates), self.config
+        if config.candidates > 1 and all(c.episode != self.episodes for c in field):
+            field.append(self._candidate())
+        if len(field) == 1:
+            return field[0], {}, 0
+        field.sort(key=lambda c: -_mean(self._tuned(c, 0, config.playoff)))
+        # The mean of few episodes flatters the first of many: the two best are compared on others.
+        scores = [self._tuned(c, config.playoff, config.final) for c in field[:2]]
+        best = max(range(2), key=lambda i: _mean(scores[i]))
+        return field[best], scores[best], config.final
+
+    def _tuned(self, candidate: _Candidate, first: int, episodes: int) -> dict[str, float]:
+        """Success of a candidate in tuning episodes from the `first` on, by start and terrain."""
         network = network_from_arrays(self.config.inputs, candidate.arrays)
         found: dict[str, float] = {}
         for mix in self.config.starts:
             for kind, _ in self.config.kinds:
                 wins = 0
-                for i in range(self.config.playoff):
+                for i in range(first, first + episodes):
                     rng = episode_rng(Purpose.TUNE, self.seed, KINDS.index(kind), i)
                     choose = network_chooser(network, rng, self.config.testing, self.config.beta)
                     wins += play(kind, mix, self.config, choose, rng)[1]
-                found[f"{mix.name}/{kind}"] = wins / self.config.playoff
+                found[f"{mix.name}/{kind}"] = wins / episodes
         return found
+
+
+def _mean(scores: Mapping[str, float]) -> float:
+    return float(np.mean(list(scores.values())))
 
 
 def play(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
@@ -38,6 +38,7 @@ def simulate(
     initial: Mapping[str, Iterable[Frame]] | None = None,
     decisions: bool = True,
     backend_options: Mapping[str, Any] | None = None,
+    kinds: Collection[str] | None = None,
 ) -> Iterator[Event]:
     """Runs a colony and yields what happens, as it happens.
 
@@ -55,6 +56,7 @@ def simulate(
             have been at the start of its next one.
         decisions: Whether the sink also gets the decisions.
         backend_options: Keyword arguments for a backend given by name.
+        kinds: Kinds of the events to yield; None for all. A large world runs faster if nobody asks for "end".
 
     Yields:
         Events in the order of simulated time. An "episode" event closes each episode.
@@ -80,7 +82,7 @@ def simulate(
             body.reset(world, streams.within(f"episode/{number}"))
             memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
             own = streams.within(f"episode/{number}")
-            rows = Rows(number, scenario, sink, decisions)
+            rows = Rows(number, scenario, sink, decisions, kinds)
             episode = Episode(number, world, fields, body, chosen, memories, views, own, rows)
             yield from episode.run(synchronous=mode == "synchronous")
             for field in fields.values():

@@ -38,6 +38,12 @@ def _trigger(event: simpy.Event) -> None:
         event.succeed()
 
 
+def _happen(event: simpy.Event) -> None:
+    """Triggers an event before all others of this moment: what waits for it goes on as if it had been called."""
+    event._ok, event._value = True, None
+    event.env.schedule(event, simpy.events.URGENT)
+
+
 def _raise_as_it_was(process: Any) -> None:
     if not process.ok:
         raise process.value
@@ -155,17 +161,10 @@ class Episode:
 
     def _agent(self, agent: int) -> Generator[simpy.Event, Any, None]:
         """Look, decide, reserve, act, deposit, until the agent is done."""
-        strides, timeout = self.strides, self.env.timeout
+        strides = self.strides
         while True:
-            if strides is not None:
-                seconds = strides.depart(agent, self.now)
-                if seconds >= 0.0:
-                    yield timeout(seconds)
-                    self.last_outcome = self.now
-                    changed = strides.arrive(agent)
-                    if self.woken and self._wake(changed):
-                        yield timeout(0)
-                    continue
+            if strides is not None and (seconds := strides.depart(agent, self.now)) >= 0.0:
+                yield self._travels(agent, strides, seconds)
             if self._done(agent):
                 return
             choice = self._decide(agent)
@@ -184,7 +183,34 @@ class Episode:
             began = self.now
             outcome: Outcome = yield self._act(agent, intent)
             if self._settle(agent, intent, outcome, began):
-                yield timeout(0)  # who waited for the place chooses before who comes from it
+                yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
+
+    def _travels(self, agent: int, strides: Strides, seconds: float) -> simpy.Event:
+        """Lets an agent travel on and on; the event comes when there may be more to decide than where to.
+
+        One timer serves all the travels and the agent's process sleeps through them: SimPy's part of a step halves.
+        """
+        env, timer, over = self.env, self.env.timeout(seconds), self.env.event()
+
+        def arrived(_: simpy.Event) -> None:
+            self.last_outcome = self.now
+            changed = strides.arrive(agent)
+            if self.woken and self._wake(changed):
+                timer.callbacks = [go_on]  # who waited for the place chooses before who comes from it
+                env.schedule(timer)
+            else:
+                go_on(timer)
+
+        def go_on(_: simpy.Event) -> None:
+            seconds = strides.depart(agent, self.now)
+            if seconds >= 0.0:
+                timer.callbacks = callbacks
+                env.schedule(timer, delay=seconds)
+            else:
+                _happen(over)
+
+        callbacks = timer.callbacks = [arrived]
+        return over
 
     def _act(self, agent: int, intent: Move) -> simpy.Event:
         """Begins an action; the event's value will be its outcome."""

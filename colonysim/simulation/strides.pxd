@@ -1,6 +1,6 @@
 # The types of strides.py when it is compiled.
 cimport cython
-from colonysim.policies.choice cimport sample, softmax
+from colonysim.exact cimport exp
 from colonysim.trace.rows cimport Rows
 
 cdef double UNKNOWN
@@ -10,18 +10,25 @@ cdef class Strides:
     cdef int goal, max_steps
     cdef double reach, sight, d_max, scale, shift, beta, fixed, pace, jitter
     cdef bint lrta, blank
-    cdef tuple ways, x, y
-    cdef list surface, occupant, node_holder, reserved, agent_node, agent_from, agent_box, box_node
-    cdef list d, official, straight, jitters, memories, views, random, steps, target, began
-    cdef dict clear_requests, visited, stored
+    cdef tuple x, y
+    cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, target, ways, options
+    cdef double[::1] lengths, rises, surface, d, straight, stored, epsilon, began, chances
+    cdef unsigned char[::1] official, known, visited, moved
+    cdef list reserved, box_node, jitters, memories, views, draw, steps
+    cdef dict clear_requests
     cdef object worth, trail, measured, visit
     cdef Rows rows
 
     @cython.locals(
-        node=int, steps=int, level=double, reach=double, j=int, length=double, rise=double, i=cython.Py_ssize_t,
-        target=int, surface=list, occupant=list, holder=list, options=list, lengths=list, chances=list, explored=cython.bint,
+        node=int, steps=int, level=double, reach=double, way=int, j=int, target=int, count=int, chosen=int, surface="double[::1]",
+        occupant="int[::1]", holder="int[::1]", ends="int[::1]", options="int[::1]", explored=cython.bint,
     )
-    cpdef double depart(self, int agent, now)
+    cpdef double depart(self, int agent, double now)
+
+    cdef double hand_back(self, int agent)
+
+    @cython.locals(i=int, last=int, chosen=int, top=double, total=double, chances="double[::1]", options="int[::1]", beta=double)
+    cdef int choose(self, int count, bint explored, double rest)
 
     @cython.locals(x=double, y=double, dx=double, dy=double, at=int)
     cdef bint sees_box(self, int node)
@@ -38,7 +45,7 @@ cdef class Strides:
     cpdef tuple arrive(self, int agent)
 
     @cython.locals(
-        d=list, official=list, surface=list, reach=double, best=double, best_official=double, j=int, length=double, rise=double,
-        through=double, value=double,
+        d="double[::1]", official="unsigned char[::1]", surface="double[::1]", reach=double, best=double, best_official=double,
+        way=int, j=int, through=double, value=double,
     )
     cdef update_distance(self, int node, double level)

@@ -1,3 +1,4 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False
 """Steps of agents that have nothing to do but travel: most of what happens on a large map, told in one breath.
 
 An agent without a box, with none in sight, and that nobody asks to make way, can only choose a neighbour to travel to.
@@ -10,12 +11,13 @@ are then. It runs uncompiled too.
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.backends.nodeworld import NodeWorld
+from colonysim.exact import exp
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail
 from colonysim.pheromones.field import Visit
-from colonysim.policies.choice import sample, softmax
 from colonysim.policies.stigmergy import Stigmergy
 
 if TYPE_CHECKING:
@@ -90,17 +92,19 @@ class Strides:
     ) -> None:
         scenario, topology = world.scenario, world.topology
         self.goal, self.max_steps, self.reach = scenario.goal, scenario.max_steps, scenario.reach
-        self.ways, self.x, self.y = topology.ways, topology.x, topology.y
+        self.first, self.ends, self.lengths, self.rises = topology.edges
+        self.x, self.y = topology.x, topology.y
         self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
         self.reserved, self.agent_node, self.agent_from = world.reserved, world.agent_node, world.agent_from
         self.agent_box, self.box_node, self.clear_requests = world.agent_box, world.box_node, world.clear_requests
         self.sight = scenario.detection_radius * scenario.detection_radius
         distance, exploration = fields["D"], fields["E"]
         assert isinstance(distance, Distance) and isinstance(exploration, Exploration)
-        self.d, self.official, self.visited = distance.d, distance.official, distance.visited
+        self.d, self.official, self.known = distance.d, distance.official, distance.visited
         self.straight, self.d_max = distance.straight, distance.d_max
         self.lrta, self.blank = distance.lrta, distance.blank
-        self.stored, self.scale, self.shift = exploration.stored, exploration.scale, exploration.shift
+        self.stored, self.visited = exploration.stored, exploration.visited
+        self.scale, self.shift = exploration.scale, exploration.shift
         # Without boxes B, and without holes H, have nothing to say.
         self.worth = fields["B"] if scenario.boxes else None
         self.trail = fields["H"] if scenario.holes else None
@@ -110,10 +114,18 @@ class Strides:
         self.fixed, self.pace, self.jitter, self.jitters = (
             timing.travel_fixed, timing.travel, timing.jitter, backend.jitters
         )  # fmt: skip
-        self.memories, self.views, self.random, self.steps, self.rows = memories, views, random, steps, rows
+        self.memories, self.views, self.steps, self.rows = memories, views, steps, rows
+        self.draw = [stream.random for stream in random]
+        self.epsilon = array("d", [memory.epsilon for memory in memories])  # it changes between episodes only
         self.visit = Visit()
-        self.target = [-1] * len(memories)
-        self.began = [0.0] * len(memories)
+        self.target = array("i", [-1]) * len(memories)
+        self.began = array("d", [0.0]) * len(memories)
+        self.moved = bytearray(len(memories))
+        # What a choice is between: the ways' places in `ends`, the nodes, and their chances.
+        most = max(map(len, topology.neighbours), default=0)
+        self.ways, self.options, self.chances = (
+            array("i", [0]) * most, array("i", [0]) * most, array("d", [0.0]) * most
+        )  # fmt: skip
 
     def depart(self, agent: int, now: float) -> float:
         """Lets an agent choose and begin a travel (Algorithm 9 without boxes); returns how long it takes.
@@ -122,33 +134,63 @@ class Strides:
         """
         node, steps = self.agent_node[agent], self.steps[agent]
         if node == self.goal or steps >= self.max_steps or self.agent_box[agent] >= 0 or self.reserved[agent]:
-            return -1.0
+            return self.hand_back(agent)
         if self.clear_requests:  # asked to make way, or to keep off a node
-            return -1.0
-        memory = self.memories[agent]
-        if memory.box >= 0 or memory.shunned >= 0 or (self.worth is not None and self.sees_box(node)):
-            return -1.0
-        surface, occupant, holder = self.surface, self.occupant, self.node_holder
-        level, reach = surface[node], self.reach
-        options, lengths = [], []
-        for j, length, rise in self.ways[node]:
-            if -reach < surface[j] - level - rise < reach and occupant[j] == -1 and holder[j] == -1:
-                options.append(j)
-                lengths.append(length)
-        if not options:
-            return -1.0
-        random = self.random[agent]
-        explored = random.random() < memory.epsilon
-        values = [-self.crowding(j) for j in options] if explored else [self.nearness(j) for j in options]
-        chances = softmax(values, self.beta)
-        i = sample(chances, random)
-        target = options[i]
-        self.rows.decision(agent, node, explored, target, options, (-1,) * len(options), tuple(chances))
+            return self.hand_back(agent)
+        if self.worth is not None:
+            memory = self.memories[agent]
+            if memory.box >= 0 or memory.shunned >= 0 or self.sees_box(node):
+                return self.hand_back(agent)
+        surface, occupant, holder, ends = self.surface, self.occupant, self.node_holder, self.ends
+        options, level, reach, count = self.options, surface[node], self.reach, 0
+        for way in range(self.first[node], self.first[node + 1]):
+            j = ends[way]
+            if -reach < surface[j] - level - self.rises[way] < reach and occupant[j] == -1 and holder[j] == -1:
+                self.ways[count], options[count] = way, j
+                count += 1
+        if count == 0:
+            return self.hand_back(agent)
+        draw = self.draw[agent]
+        explored = draw() < self.epsilon[agent]
+        chosen = self.choose(count, explored, draw())
+        target, way = options[chosen], self.ways[chosen]
+        self.rows.chose(agent, node, explored, target, options, self.chances, count)
         holder[target] = agent
         self.reserved[agent] = (target,)
         self.target[agent], self.began[agent] = target, now
         self.steps[agent] = steps + 1
-        return self.seconds(agent, node, target, lengths[i])
+        return self.seconds(agent, node, target, self.lengths[way])
+
+    def hand_back(self, agent: int) -> float:
+        """Leaves what comes next to the policy, which sees an agent that has just arrived if it has."""
+        if self.moved[agent]:
+            self.moved[agent] = 0
+            view = self.views[agent]
+            view.waited, view.refused, view.failures = 0.0, None, 0
+        return -1.0
+
+    def choose(self, count: int, explored: bool, rest: float) -> int:
+        """Which of the first `count` options it is to be, `rest` being drawn; `softmax` and `sample` in one."""
+        chances, options, beta = self.chances, self.options, self.beta
+        for i in range(count):
+            chances[i] = -self.crowding(options[i]) if explored else self.nearness(options[i])
+        top = chances[0]
+        for i in range(1, count):
+            if chances[i] > top:
+                top = chances[i]
+        total = 0.0
+        for i in range(count):
+            chances[i] = 1.0 if chances[i] == top else exp(beta * (chances[i] - top))
+            total += chances[i]
+        chosen, last = -1, 0
+        for i in range(count):
+            chances[i] = chances[i] / total
+            if chosen < 0 and chances[i] > 0.0:
+                rest -= chances[i]
+                last = i
+                if rest < 0.0:
+                    chosen = i
+        return chosen if chosen >= 0 else last
 
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within the detection radius of a node."""
@@ -161,12 +203,12 @@ class Strides:
 
     def crowding(self, node: int) -> float:
         """E of a node."""
-        return self.stored.get(node, 0.0) * self.scale - self.shift
+        return self.stored[node] * self.scale - self.shift
 
     def nearness(self, node: int) -> float:
         """D of a node."""
         value = self.d_max - self.d[node]
-        if value <= 0.0 or (self.blank and node not in self.visited):
+        if value <= 0.0 or (self.blank and not self.known[node]):
             return 0.0
         return value
 
@@ -189,11 +231,8 @@ class Strides:
         self.occupant[node] = agent
         self.agent_node[agent] = node
         self.agent_from[agent] = origin
-        view = self.views[agent]
-        view.waited, view.refused, view.failures = 0.0, None, 0
-        self.rows.event(
-            "end", agent, "travel", origin, node, -1, -1, "arrived", "", self.steps[agent], self.began[agent], node
-        )
+        self.moved[agent] = 1
+        self.rows.travelled(agent, origin, node, self.steps[agent], self.began[agent])
         level = self.surface[node]
         self.update_distance(node, level)
         rows, worth, trail = self.rows, self.worth, self.trail
@@ -206,18 +245,20 @@ class Strides:
                 rows.deposits(worth, agent, writes)
             if trail is not None and (writes := trail.deposit(visit)):
                 rows.deposits(trail, agent, writes)
-        self.stored[node] = self.stored.get(node, 0.0) + 1.0 / self.scale
+        self.stored[node] += 1.0 / self.scale
+        self.visited[node] = 1
         rows.deposit("E", agent, node, self.crowding(node))
         return origin, node
 
     def update_distance(self, node: int, level: float) -> None:
         """Algorithm 2, as `Distance` does it."""
-        self.visited[node] = None
+        self.known[node] = 1
         d, official, surface, reach = self.d, self.official, self.surface, self.reach
         best = best_official = UNKNOWN
-        for j, length, rise in self.ways[node]:
-            if -reach < surface[j] - level - rise < reach:
-                through = d[j] + length
+        for way in range(self.first[node], self.first[node + 1]):
+            j = self.ends[way]
+            if -reach < surface[j] - level - self.rises[way] < reach:
+                through = d[j] + self.lengths[way]
                 if through < best:
                     best = through
                 if through < best_official and official[j]:
@@ -225,6 +266,6 @@ class Strides:
         if node == self.goal:
             best = best_official = 0.0
         if best_official < UNKNOWN:
-            official[node] = True
+            official[node] = 1
         value = best if self.lrta else best_official
         d[node] = value if value < UNKNOWN else self.straight[node]

@@ -1,8 +1,10 @@
 # cython: language_level=3, boundscheck=False, wraparound=False
 """Rows that become columns as they come, in C; where it was not compiled a list of tuples does the same, more slowly."""
 
+cimport cython
 from cpython cimport array
 from cpython.number cimport PyNumber_Index
+from cpython.object cimport Py_SIZE
 import array
 
 cdef array.array LONGS = array.array("q")
@@ -11,16 +13,14 @@ cdef array.array BYTES = array.array("b")
 cdef dict KINDS = {"int": 0, "float": 1, "text": 2, "bool": 3, "ints": 4, "floats": 5}
 
 
+@cython.final
 cdef class _Column:
     """One column: its kind, its values so far, and for a list column how many belong to each row."""
-
-    cdef int kind
-    cdef object codes
-    cdef array.array values, sizes
 
     def __cinit__(self, kind, codes):
         self.kind = KINDS[kind]
         self.codes = codes
+        self.text = None
         self.start()
 
     cdef start(self):
@@ -35,8 +35,7 @@ cdef class _Column:
     cdef int put(self, value) except -1:
         cdef long long whole  # only by way of its index: a float must not be cut off in an integer column
         cdef double number
-        cdef Py_ssize_t n = len(self.values)
-        cdef array.array sizes
+        cdef Py_ssize_t n = Py_SIZE(self.values)
         if self.kind == 1:
             number = value
             array.resize_smart(self.values, n + 1)
@@ -60,15 +59,20 @@ cdef class _Column:
                     array.resize_smart(self.values, n + 1)
                     self.values.data.as_doubles[n] = number
                 n += 1
-            sizes = self.sizes
-            n = len(sizes)
-            array.resize_smart(sizes, n + 1)
-            sizes.data.as_longlongs[n] = len(value)
+            self.size(len(value))
+        return 0
+
+    cdef int size(self, Py_ssize_t count) except -1:
+        cdef array.array sizes = self.sizes
+        cdef Py_ssize_t n = Py_SIZE(sizes)
+        array.resize_smart(sizes, n + 1)
+        sizes.data.as_longlongs[n] = count
         return 0
 
 
+@cython.final
 cdef class Block:
-    """A table's next rows.
+    """A table's next rows: whole ones by `append`, or value by value in the order of the columns.
 
     Args:
         table: Name of the table, for messages.
@@ -76,15 +80,11 @@ cdef class Block:
         codes: For each column the numbers of its texts.
     """
 
-    cdef str table
-    cdef list names, columns
-    cdef Py_ssize_t rows
-
     def __init__(self, table, columns, codes):
         self.table = table
         self.names = list(columns)
         self.columns = [_Column(kind, codes[name]) for name, kind in columns.items()]
-        self.rows = 0
+        self.rows = self.at = 0
 
     def __len__(self):
         return self.rows
@@ -111,6 +111,65 @@ cdef class Block:
                 self._back_to(self.rows)
                 raise
         self.rows += 1
+
+    # The following take one value each for the next column; they trust their caller with its kind. The last one of
+    # a row ends it.
+
+    cdef inline _Column next(self):
+        cdef _Column column = <_Column> self.columns[self.at]
+        self.at += 1
+        if self.at == len(self.columns):
+            self.at = 0
+            self.rows += 1
+        return column
+
+    cdef int whole(self, long long value) except -1:
+        cdef array.array values = self.next().values
+        cdef Py_ssize_t n = Py_SIZE(values)
+        array.resize_smart(values, n + 1)
+        values.data.as_longlongs[n] = value
+        return 0
+
+    cdef int real(self, double value) except -1:
+        cdef array.array values = self.next().values
+        cdef Py_ssize_t n = Py_SIZE(values)
+        array.resize_smart(values, n + 1)
+        values.data.as_doubles[n] = value
+        return 0
+
+    cdef int flag(self, bint value) except -1:
+        cdef array.array values = self.next().values
+        cdef Py_ssize_t n = Py_SIZE(values)
+        array.resize_smart(values, n + 1)
+        values.data.as_schars[n] = value
+        return 0
+
+    cdef int word(self, str value) except -1:
+        cdef _Column column = <_Column> self.columns[self.at]
+        if value is not column.text:
+            column.code = column.codes[value]
+            column.text = value
+        self.whole(column.code)
+        return 0
+
+    # A list column takes its numbers one by one, then their count.
+
+    cdef int item(self, long long value) except -1:
+        cdef array.array values = (<_Column> self.columns[self.at]).values
+        cdef Py_ssize_t n = Py_SIZE(values)
+        array.resize_smart(values, n + 1)
+        values.data.as_longlongs[n] = value
+        return 0
+
+    cdef int real_item(self, double value) except -1:
+        cdef array.array values = (<_Column> self.columns[self.at]).values
+        cdef Py_ssize_t n = Py_SIZE(values)
+        array.resize_smart(values, n + 1)
+        values.data.as_doubles[n] = value
+        return 0
+
+    cdef int items(self, Py_ssize_t count) except -1:
+        return self.next().size(count)
 
     cdef _back_to(self, Py_ssize_t rows):
         cdef _Column column

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from colonysim.trace.schema import Column, Table
 
-__all__ = ["UNHASHED", "Codes", "Packed", "TableDigest", "trace_sha256"]
+__all__ = ["UNHASHED", "Block", "Codes", "Packed", "TableDigest", "trace_sha256"]
 
 #: Columns that differ between two runs of the same seed.
 UNHASHED = frozenset({("episodes", "wall_seconds")})

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.errors import TraceError
 from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES, Event, Frame
+from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from colonysim.pheromones.field import Field, Write
-    from colonysim.trace.schema import EpisodeResult, Sink
+    from colonysim.trace.block import Block
+    from colonysim.trace.schema import EpisodeResult, Sink, Table
     from colonysim.world.scenario import Scenario
 
 __all__ = ["Rows"]
@@ -26,24 +29,49 @@ class Rows:
         scenario: Whose numbers to write.
         sink: Takes the rows; None to keep events only.
         decisions: Whether the sink gets the decisions.
+        kinds: Kinds of the events to keep; None for all.
 
     Attributes:
         now: Simulated seconds, set by the simulation.
         events: Events that have not been taken yet.
     """
 
-    __slots__ = ("_decisions", "_episode", "_holes", "_names", "_write", "events", "now")
+    __slots__ = (
+        "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_names", "_numbers", "_write",
+        "_writer", "events", "now",
+    )  # fmt: skip
 
-    def __init__(self, episode: int, scenario: Scenario, sink: Sink | None, decisions: bool) -> None:
+    def __init__(
+        self,
+        episode: int,
+        scenario: Scenario,
+        sink: Sink | None,
+        decisions: bool,
+        kinds: Collection[str] | None = None,
+    ) -> None:
         self._episode = episode
         self._write = sink.write if sink else None
         self._decisions = decisions and sink is not None
+        self._kinds = kinds
         ids = scenario.topology.ids
         # -1 ("none") must stay -1 when indices become numbers.
         self._names = (*ids, -1)
         self._holes = (*(ids[hole.node] for hole in scenario.holes), -1)
         self.events: list[Event] = []
         self.now = 0.0
+        # The rows of travels go straight into the columns of such a writer, without objects to carry them.
+        self._numbers = array("q", self._names)
+        self._writer = sink if type(sink) is TraceWriter else None
+        self._ended: Block | None = None
+        self._chosen: Block | None = None
+        self._marked: Block | None = None
+        if self._writer is not None:
+            self._marked = self._writer.block("deposits")
+            self._chosen = self._writer.block("decisions") if decisions else None
+            self._ended = None if self._heard("end") else self._writer.block("events")
+
+    def _heard(self, kind: str) -> bool:
+        return self._kinds is None or kind in self._kinds
 
     def event(
         self,
@@ -70,7 +98,8 @@ class Rows:
                 reason, step, now if began is None else began, names[node if now_at is None else now_at],
             ),
         )  # fmt: skip
-        self.events.append(event)
+        if self._heard(kind):
+            self.events.append(event)
         if self._write:
             self._write("events", event)
 
@@ -96,10 +125,81 @@ class Rows:
                 ),
             )  # fmt: skip
 
+    def travelled(self, agent: int, origin: int, node: int, step: int, began: float) -> None:
+        """The event of a travel that ended where it was meant to."""
+        block, numbers = self._ended, self._numbers
+        if block is None:
+            self.event("end", agent, "travel", origin, node, -1, -1, "arrived", "", step, began, node)
+            return
+        block.whole(self._episode)
+        block.real(self.now)
+        block.word("end")
+        block.whole(agent)
+        block.word("travel")
+        block.whole(numbers[origin])
+        block.whole(numbers[node])
+        block.whole(-1)
+        block.whole(-1)
+        block.word("arrived")
+        block.word("")
+        block.whole(step)
+        block.real(began)
+        block.whole(numbers[node])
+        self._settle("events", block)
+
+    def chose(
+        self,
+        agent: int,
+        node: int,
+        explored: bool,
+        chosen: int,
+        targets: Sequence[int],
+        probabilities: Sequence[float],
+        count: int,
+    ) -> None:
+        """The decision to travel to `chosen`, one of the first `count` of `targets`."""
+        block, numbers = self._chosen, self._numbers
+        if block is None:
+            if self._decisions:
+                boxes = (-1,) * count
+                self.decision(agent, node, explored, chosen, targets[:count], boxes, tuple(probabilities[:count]))
+            return
+        block.whole(self._episode)
+        block.real(self.now)
+        block.whole(agent)
+        block.whole(numbers[node])
+        block.flag(explored)
+        block.whole(numbers[chosen])
+        for i in range(count):
+            block.item(numbers[targets[i]])
+        block.items(count)
+        for _ in range(count):
+            block.item(-1)
+        block.items(count)
+        for i in range(count):
+            block.real_item(probabilities[i])
+        block.items(count)
+        self._settle("decisions", block)
+
     def deposit(self, name: str, agent: int, node: int, value: float) -> None:
         """An agent left one mark of a field that keeps one value a node."""
-        if self._write:
-            self._write("deposits", (self._episode, self.now, name, agent, self._names[node], -1, value))
+        block = self._marked
+        if block is None:
+            if self._write:
+                self._write("deposits", (self._episode, self.now, name, agent, self._names[node], -1, value))
+            return
+        block.whole(self._episode)
+        block.real(self.now)
+        block.word(name)
+        block.whole(agent)
+        block.whole(self._numbers[node])
+        block.whole(-1)
+        block.real(value)
+        self._settle("deposits", block)
+
+    def _settle(self, table: Table, block: Block) -> None:
+        if self._writer is not None and block.rows >= self._writer.block_rows:
+            self._writer.pack(table)
 
     def deposits(self, field: Field, agent: int, writes: Iterable[Write]) -> None:
         """An agent left marks."""

@@ -5,7 +5,8 @@ cimport cython
 cdef class TraceWriter:
     cdef public object directory, manifest, results
     cdef dict _pending, _digests, _packed, _parts
-    cdef Py_ssize_t _block, _rows_per_part
+    cdef readonly Py_ssize_t block_rows
+    cdef Py_ssize_t _rows_per_part
     cdef double _flush_seconds, _begun, _flushed
     cdef bint _done
 

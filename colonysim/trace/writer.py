@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
 from colonysim.trace.manifest import finish_manifest, write_manifest
-from colonysim.trace.packing import TableDigest, trace_sha256
+from colonysim.trace.packing import Block, TableDigest, trace_sha256
 from colonysim.trace.parts import write_part
 from colonysim.trace.schema import TABLES, EpisodeResult
 
@@ -45,6 +45,7 @@ class TraceWriter:
 
     Attributes:
         results: The results of the episodes so far.
+        block_rows: So many rows become columns at a time.
 
     Example:
         >>> writer = TraceWriter(None, {})
@@ -77,7 +78,7 @@ class TraceWriter:
             self._pending[table] = digest.waiting()
             self._packed[table] = {}
             self._parts[table] = 0
-        self._block = min(BLOCK, rows_per_part)
+        self.block_rows = min(BLOCK, rows_per_part)
         self._rows_per_part = rows_per_part
         self._flush_seconds = flush_seconds
         self._begun = self._flushed = time.monotonic()
@@ -91,12 +92,20 @@ class TraceWriter:
         rows.append(row)
         if table == "episodes":
             self.results.append(EpisodeResult._make(row))
-        if len(rows) >= self._block:
-            self._pack(table)
+        if len(rows) >= self.block_rows:
+            self.pack(table)
         elif table == "events" or table == "episodes":
             now = time.monotonic()
             if now - self._flushed >= max(self._flush_seconds, 0.1 * (now - self._begun)):
                 self.flush()
+
+    def block(self, table: Table) -> Block | None:
+        """The table's next rows, for one who writes them there value by value and calls `pack` when there are many.
+
+        None if they were not compiled, or if the table is dropped.
+        """
+        rows = self._pending[table]
+        return rows if Block is not None and isinstance(rows, Block) else None
 
     def flush(self) -> None:
         """Writes everything that is still in memory; episodes last, so that a listed one is complete.
@@ -105,11 +114,16 @@ class TraceWriter:
             TraceError: The directory cannot be written to.
         """
         for table in self._digests:
-            self._pack(table)
+            self.pack(table)
             self._store(table)
         self._flushed = time.monotonic()
 
-    def _pack(self, table: Table) -> None:
+    def pack(self, table: Table) -> None:
+        """Takes the table's waiting rows into the hash, and to disk once they are many.
+
+        Raises:
+            TraceError: The directory cannot be written to.
+        """
         rows = self._pending[table]
         if not rows:
             return

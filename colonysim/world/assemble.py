@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -12,6 +13,7 @@ from colonysim.world.complaints import complaint
 from colonysim.world.format import (
     BoxMapping,
     BoxRow,
+    Crowd,
     Duration,
     Geometric,
     Grid,
@@ -21,9 +23,20 @@ from colonysim.world.format import (
     PolicySection,
     RadiusEdges,
     Ring,
+    Rooms,
     ScenarioFile,
 )
-from colonysim.world.generate import MAX_NODES, TooManyEdgesError, geometric, grid, line, radius_edges, ring
+from colonysim.world.generate import (
+    MAX_NODES,
+    TooManyEdgesError,
+    draw_some,
+    geometric,
+    grid,
+    line,
+    radius_edges,
+    ring,
+    rooms,
+)
 from colonysim.world.scenario import BoxStart, Hole, Scenario, Timing
 from colonysim.world.solvable import cut_off
 from colonysim.world.topology import Topology
@@ -73,7 +86,7 @@ class _Assembly:
         topology = Topology.build(ids, [(x, y, z) for (x, y), z in zip(points, heights, strict=True)], edges, slopes)
         boxes = self._boxes(set(floors))
         goal = self._node(file.goal, "goal")
-        agents = self._agents(goal, set(floors), {box.node for box in boxes})
+        agents = self._agents(topology, goal, set(floors), {box.node for box in boxes})
         self._check_solvable(topology, boxes, goal, agents)
         policy = file.policy if isinstance(file.policy, PolicySection) else PolicySection(name=file.policy)
         return Scenario(
@@ -189,15 +202,21 @@ class _Assembly:
         return list(seen)
 
     def _generated(
-        self, kind: Grid | Line | Ring | Geometric
+        self, kind: Grid | Line | Ring | Geometric | Rooms
     ) -> tuple[list[int], list[float], list[tuple[float, float]], set[tuple[int, int]]]:
         fault = self._places.fault
-        count = kind.columns * kind.rows if isinstance(kind, Grid) else kind.nodes
+        if isinstance(kind, Rooms):
+            count = (kind.columns * (kind.size + 1) - 1) * (kind.rows * (kind.size + 1) - 1)
+        else:
+            count = kind.columns * kind.rows if isinstance(kind, Grid) else kind.nodes
+        walls: list[int] = []
         if count > MAX_NODES:
             raise fault("topology", f"makes {count} nodes, expected at most {MAX_NODES}")
         try:
             if isinstance(kind, Grid):
                 points, pairs = grid(kind.columns, kind.rows, kind.spacing, kind.diagonals)
+            elif isinstance(kind, Rooms):
+                (points, pairs), walls = rooms(kind.columns, kind.rows, kind.size, kind.spacing, kind.seed)
             elif isinstance(kind, Line):
                 points, pairs = line(kind.nodes, kind.spacing)
             elif isinstance(kind, Geometric):
@@ -208,7 +227,7 @@ class _Assembly:
                 points, pairs = ring(kind.nodes, kind.spacing)
         except ValueError as error:
             raise fault("topology", str(error)) from None
-        without = set(kind.without)
+        without = {*kind.without, *walls}
         self._index = {number: number for number in range(count)}
         for n, number in enumerate(kind.without):
             self._node(number, f"topology.without.{n}")
@@ -274,31 +293,43 @@ class _Assembly:
 
     def _boxes(self, holes: set[int]) -> tuple[BoxStart, ...]:
         boxes: list[BoxStart] = []
+        taken: set[int] = set()
         for n, box in enumerate(self._file.boxes):
             field = "node" if isinstance(box, BoxMapping) else "0" if isinstance(box, BoxRow) else ""
             node = self._node(box.node, f"boxes.{n}.{field}")
-            if node not in holes and any(other.node == node for other in boxes):
+            if node not in holes and node in taken:
                 raise self._places.fault(f"boxes.{n}", f"a second box stands on node {box.node}, which is no hole")
+            taken.add(node)
             boxes.append(BoxStart(node, float(box.height)))
         return tuple(boxes)
 
-    def _agents(self, goal: int, holes: set[int], boxes: set[int]) -> tuple[int, ...]:
-        agents: list[int] = []
+    def _agents(self, topology: Topology, goal: int, holes: set[int], boxes: set[int]) -> tuple[int, ...]:
+        if isinstance(self._file.agents, Crowd):
+            return self._drawn_agents(self._file.agents, topology, {goal, *holes, *boxes})
+        agents: dict[int, int] = {}
         for n, number in enumerate(self._file.agents):
             path = f"agents.{n}"
             node = self._node(number, path)
             if node in agents:
-                raise self._places.fault(
-                    path, f"two agents stand on node {number}, the other is agents.{agents.index(node)}"
-                )
+                raise self._places.fault(path, f"two agents stand on node {number}, the other is agents.{agents[node]}")
             if node == goal:
                 raise self._places.fault(path, f"an agent stands on the goal {number}, expected another node")
             if node in holes:
                 raise self._places.fault(path, f"an agent stands in the hole {number}, expected another node")
             if node in boxes:
                 raise self._places.fault(path, f"an agent and a box stand on node {number}, expected one of them")
-            agents.append(node)
+            agents[node] = n
         return tuple(agents)
+
+    def _drawn_agents(self, crowd: Crowd, topology: Topology, taken: set[int]) -> tuple[int, ...]:
+        xmin, ymin, xmax, ymax = crowd.within or (-inf, -inf, inf, inf)
+        x, y = topology.x, topology.y
+        free = [i for i in range(len(x)) if i not in taken and xmin <= x[i] <= xmax and ymin <= y[i] <= ymax]
+        if crowd.count > len(free):
+            where = "within these borders" if crowd.within else "beside the goal, the holes and the boxes"
+            message = f"{crowd.count} agents, but only {len(free)} nodes are free {where}"
+            raise self._places.fault("agents.count", message)
+        return tuple(draw_some(free, crowd.count, crowd.seed))
 
     def _timing(self, edges: set[tuple[int, int]]) -> Timing:
         timing = self._file.timing

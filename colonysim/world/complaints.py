@@ -33,8 +33,9 @@ _FORMS = {
 }
 _WHOLE = {
     "edges": "a list of [from, to], or {radius: ..., include: ..., exclude: ...}",
+    "agents": "a list of nodes, or {count: ..., seed: ..., within: [xmin, ymin, xmax, ymax]}",
     "policy": "a policy's name, or {name: ..., parameters}",
-    "topology": "a mapping with a `kind`: grid, line, ring or geometric",
+    "topology": "a mapping with a `kind`: grid, line, ring, geometric or rooms",
 }
 _ELSEWHERE = {
     "seed": "the seed belongs to the run, not to the scenario",
@@ -95,7 +96,7 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
             return f"unknown kind '{chosen}', expected {_either(words)}{nearest_word(chosen, words)}"
         return f"got {_shown(value)}, expected {form or _FORMS.get(name, 'another form')}"
     if kind == "union_tag_not_found" and name == "topology" and isinstance(value, dict):
-        return "the `kind` is missing, expected grid, line, ring or geometric"
+        return "the `kind` is missing, expected grid, line, ring, geometric or rooms"
     if form and kind not in _SCALARS:
         return f"got {_shown(value)}, expected {form}"
     if kind == "literal_error":
@@ -108,7 +109,7 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
 
 _SCALARS = {
     "int_type", "int_from_float", "int_parsing", "float_type", "float_parsing", "finite_number", "greater_than",
-    "greater_than_equal", "less_than", "less_than_equal",
+    "greater_than_equal", "less_than", "less_than_equal", "too_short",
 }  # fmt: skip
 _EXPECTED = {
     "int_type": "a whole number",

@@ -143,7 +143,26 @@ class Geometric(Generated):
     """Whether separate parts are joined by the shortest edges that do so."""
 
 
-Topology = Annotated[Grid | Line | Ring | Geometric, Field(discriminator="kind")]
+class Rooms(Generated):
+    """Square rooms in columns and rows, parted by walls; a door joins each two that lie side by side.
+
+    Nodes are numbered as those of the grid that rooms, walls and doors are cut out of; walls are no nodes.
+    """
+
+    kind: Literal["rooms"]
+    columns: Count
+    """Rooms along x."""
+    rows: Count
+    """Rooms along y."""
+    size: Annotated[int, Strict(), Field(ge=2, le=10**9)]
+    """Nodes along each side of a room, at least 2."""
+    seed: Annotated[int, Strict(), Field(ge=0)]
+    """Where the doors are."""
+    spacing: Length = 1.0
+    """Distance of neighbours, graph units."""
+
+
+Topology = Annotated[Grid | Line | Ring | Geometric | Rooms, Field(discriminator="kind")]
 
 
 class HoleMapping(Section):
@@ -175,6 +194,23 @@ class BoxMapping(Section):
 
 
 Box = Annotated[Annotated[BoxRow, Tag("<list>")] | Annotated[BoxMapping, Tag("<mapping>")], Discriminator(_form)]
+
+
+class Crowd(Section):
+    """Agents on nodes that are drawn: free ones, neither the goal nor a hole nor under a box."""
+
+    count: Count
+    """How many agents."""
+    seed: Annotated[int, Strict(), Field(ge=0)]
+    """Which nodes are drawn: the start is part of the scenario, not of the run."""
+    within: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
+    """[xmin, ymin, xmax, ymax]: only nodes inside, borders included."""
+
+
+Agents = Annotated[
+    Annotated[list[NodeId], Field(min_length=1), Tag("<list>")] | Annotated[Crowd, Tag("<mapping>")],
+    Discriminator(_form),
+]
 
 
 class Duration(NamedTuple):
@@ -334,8 +370,8 @@ class ScenarioFile(Section):
     """Edges [from, to] whose difference of height is a ramp that can be travelled."""
     boxes: list[Box] = []
     """The boxes: [node, height] or {node, height}."""
-    agents: Annotated[list[NodeId], Field(min_length=1)]
-    """Start node of each agent."""
+    agents: Agents
+    """Start node of each agent, or {count, seed, within} for nodes that are drawn."""
     goal: NodeId
     """The node that all agents must reach."""
     no_push: list[Pair] = []

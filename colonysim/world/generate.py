@@ -1,4 +1,4 @@
-"""Generated places: grid, line, ring and random geometric graph; and the edges that a radius gives.
+"""Generated places: grid, line, ring, rooms and random geometric graph; and the edges that a radius gives.
 
 Coordinates are rounded to six decimals, so that the same description gives the same place on any machine.
 """
@@ -7,20 +7,24 @@ from __future__ import annotations
 
 import math
 import random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
-__all__ = ["MAX_EDGES", "MAX_NODES", "TooManyEdgesError", "geometric", "grid", "line", "radius_edges", "ring"]
+__all__ = [
+    "MAX_EDGES", "MAX_NODES", "TooManyEdgesError", "doors", "draw_some", "geometric", "grid", "line", "radius_edges",
+    "ring", "rooms",
+]  # fmt: skip
 
-MAX_NODES = 250_000
+MAX_NODES = 2_000_000
 """Most nodes of a generated place."""
-MAX_EDGES = 1_000_000
+MAX_EDGES = 10_000_000
 """Most edges that a radius may give."""
 
 _TOLERANCE = 1e-9  # decimal coordinates a radius apart count as within it, whatever their binary rounding
 
+T = TypeVar("T")
 Point = tuple[float, float]
 Place = tuple[list[Point], list[tuple[int, int]]]
 
@@ -54,6 +58,67 @@ def ring(nodes: int, spacing: float) -> Place:
     angles = [2 * math.pi * i / nodes for i in range(nodes)]
     points = [(round(radius * math.cos(a), 6), round(radius * math.sin(a), 6)) for a in angles]
     return points, [(i, (i + 1) % nodes) for i in range(nodes)]
+
+
+def rooms(columns: int, rows: int, size: int, spacing: float, seed: int) -> tuple[Place, list[int]]:
+    """Square rooms in columns and rows, parted by walls one node thick; a door joins each two side by side.
+
+    Args:
+        columns: Rooms along x.
+        rows: Rooms along y.
+        size: Nodes along each side of a room.
+        spacing: Distance of neighbours, graph units.
+        seed: Where the doors are.
+
+    Returns:
+        The grid that all of it is cut out of, without diagonals, and the numbers of its nodes that are wall.
+    """
+    width, height = columns * (size + 1) - 1, rows * (size + 1) - 1
+    open_walls = set(doors(columns, rows, size, seed).values())
+    walls = [
+        r * width + c
+        for r in range(height)
+        for c in range(width)
+        if ((r + 1) % (size + 1) == 0 or (c + 1) % (size + 1) == 0) and r * width + c not in open_walls
+    ]
+    return grid(width, height, spacing, diagonals=False), walls
+
+
+def doors(columns: int, rows: int, size: int, seed: int) -> dict[tuple[int, int], int]:
+    """The node of each door between two rooms, `row * columns + column` being a room's number.
+
+    Doors keep away from the corners of a room: two nodes where it has five or more along a side, one where it has
+    three or four.
+    """
+    rng = random.Random(seed)
+    width = columns * (size + 1) - 1
+    margin = min(2, (size - 1) // 2)
+    found = {}
+    for row in range(rows):
+        for column in range(columns):
+            room, left, low = row * columns + column, column * (size + 1), row * (size + 1)
+            if column + 1 < columns:
+                at = margin + int(rng.random() * (size - 2 * margin))
+                found[room, room + 1] = (low + at) * width + left + size
+            if row + 1 < rows:
+                at = margin + int(rng.random() * (size - 2 * margin))
+                found[room, room + columns] = (low + size) * width + left + at
+    return found
+
+
+def draw_some(items: Sequence[T], count: int, seed: int) -> list[T]:
+    """`count` different ones of `items`, in an order drawn at random: the same on every version of Python.
+
+    Raises:
+        ValueError: There are not so many.
+    """
+    if count > len(items):
+        raise ValueError(f"{count} of {len(items)}")
+    rng, drawn = random.Random(seed), list(items)
+    for i in range(count):
+        j = i + int(rng.random() * (len(drawn) - i))
+        drawn[i], drawn[j] = drawn[j], drawn[i]
+    return drawn[:count]
 
 
 def geometric(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -105,9 +106,9 @@ class World:
         """Puts everything where the scenario says it starts."""
         scenario, topology = self.scenario, self.topology
         size = len(topology)
-        self.surface = list(topology.z)
-        self.occupant = [-1] * size
-        self.node_holder = [-1] * size
+        self.surface = array("d", topology.z)
+        self.occupant = array("i", [-1]) * size
+        self.node_holder = array("i", [-1]) * size
         self.edge_holder: dict[tuple[int, int], int] = {}
         self.reserved: list[tuple[Place, ...]] = [()] * len(scenario.agents)
         self.stacks: dict[int, list[int]] = {}
@@ -118,9 +119,9 @@ class World:
         self._boxes_near = Cells(scenario.detection_radius, topology.x, topology.y)
         for box, start in enumerate(scenario.boxes):
             self._put_box(box, start.node)
-        self.agent_node = list(scenario.agents)
-        self.agent_from = [-1] * len(scenario.agents)
-        self.agent_box = [-1] * len(scenario.agents)
+        self.agent_node = array("i", scenario.agents)
+        self.agent_from = array("i", [-1]) * len(scenario.agents)
+        self.agent_box = array("i", [-1]) * len(scenario.agents)
         self.agent_status = [AgentStatus.ACTIVE] * len(scenario.agents)
         self.clear_requests: dict[int, int] = {}
         for agent, node in enumerate(scenario.agents):
@@ -151,9 +152,7 @@ class World:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
         surface, reach = self.surface, self.scenario.reach
         return [
-            (j, length)
-            for j, length, rise in self.topology.ways[node]
-            if -reach < surface[j] - level - rise < reach
+            (j, length) for j, length, rise in self.topology.ways[node] if -reach < surface[j] - level - rise < reach
         ]
 
     def exits(self, agent: int) -> list[int]:

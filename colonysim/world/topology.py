@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 import math
+from array import array
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from itertools import accumulate, chain
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     import networkx as nx
 
-__all__ = ["Topology"]
+__all__ = ["Edges", "Topology"]
+
+
+class Edges(NamedTuple):
+    """All ways out of all nodes, one after the other: those of node i are at `first[i]` to `first[i + 1] - 1`.
+
+    Attributes:
+        first: Where the ways of each node begin, and where those of the last one end.
+        ends: The neighbour that each way leads to, ascending for each node.
+        lengths: Its length in the xy plane.
+        rises: On a slope, how much the neighbour lies above; else 0.
+    """
+
+    first: array[int]
+    ends: array[int]
+    lengths: array[float]
+    rises: array[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +104,17 @@ class Topology:
         return tuple(
             tuple((j, length, rises.get((i, j), 0.0)) for j, length in zip(others, self.lengths[i], strict=True))
             for i, others in enumerate(self.neighbours)
+        )
+
+    @cached_property
+    def edges(self) -> Edges:
+        """The same ways in four flat arrays."""
+        rises = self.rises
+        return Edges(
+            array("i", accumulate(map(len, self.neighbours), initial=0)),
+            array("i", chain.from_iterable(self.neighbours)),
+            array("d", chain.from_iterable(self.lengths)),
+            array("d", (rises.get((i, j), 0.0) for i, others in enumerate(self.neighbours) for j in others)),
         )
 
     @cached_property

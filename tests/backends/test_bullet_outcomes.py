@@ -10,10 +10,12 @@ import pytest
 from backends.places import FORK, LANE, place, started
 
 from colonysim.backends.bullet import Bullet
+from colonysim.backends.protocol import Finished
 from colonysim.errors import ColonysimError
-from colonysim.physics import Scene
+from colonysim.physics import Scene, WheelSpeeds
 from colonysim.physics.shapes import quaternion
 from colonysim.randomness import Streams
+from colonysim.simulation import simulate
 from colonysim.world.intents import BoxPlace, Intent, Outcome, Push, Travel, Wait
 from colonysim.world.state import World
 
@@ -212,7 +214,7 @@ def test_what_cannot_be_done_is_refused_at_once(intent: Intent) -> None:
         done = backend.start(0, Travel(1), 0.0)
         assert done is not None
         assert done.outcome.status == "blocked"
-        assert world.agent_node == [0]
+        assert list(world.agent_node) == [0]
     finally:
         backend.close()
 
@@ -245,7 +247,7 @@ def test_closing_twice_is_allowed_and_a_closed_backend_says_so() -> None:
 
 
 def test_poses_of_movers_come_ten_times_a_second() -> None:
-    backend, world = started(place(FORK, boxes=[]))
+    backend, _ = started(place(FORK, boxes=[]))
     try:
         first = list(backend.rows())
         assert sorted((row.row[1], row.row[2]) for row in first) == [("agent", 0), ("agent", 1)]
@@ -295,3 +297,35 @@ def test_reset_starts_anew() -> None:
         assert [backend._open().robot(0), backend._open().box(0)] == before
     finally:
         backend.close()
+
+
+def test_a_robot_whose_way_stays_shut_gives_up() -> None:
+    backend, _ = started(place(FORK, boxes=[]))
+    try:
+        scene = backend._open()
+        x, y = backend._layout.places[1]
+        scene.place_robot(1, x, y, 0.0, 0.0)
+        assert backend.start(0, Travel(1), 0.0) is None
+        finished: list[Finished] = []
+        for tick in range(60 * 60):
+            finished += backend.advance(tick / 60)
+            if finished:
+                break
+        assert [(agent, outcome.status, outcome.node) for agent, outcome in finished] == [(0, "blocked", 0)]
+        assert finished[0].outcome.reason
+    finally:
+        backend.close()
+
+
+def test_a_standstill_ends_the_episode() -> None:
+    class Still(Bullet):
+        """Its robots never start."""
+
+        def _drive(self, agent, place, log):  # type: ignore[no-untyped-def]
+            while True:
+                yield WheelSpeeds(0.0, 0.0)
+
+    scenario = place({**LANE, "holes": [], "boxes": [], "stall_seconds": 20})
+    events = list(simulate(scenario, backend=Still(push="scripted"), episodes=1, seed=1))
+    assert events[-1].status == "deadlock"
+    assert events[-1].time == pytest.approx(20.0, abs=0.1)

@@ -173,7 +173,7 @@ class _Spilling(Exploration):
     def deposit(self, visit: Any) -> list[Write]:
         writes = list(super().deposit(visit))
         for node in self._world.topology.neighbours[visit.node]:
-            self.stored[node] = self.stored.get(node, 0.0) + 0.1
+            self.stored[node] += 0.1
         return writes
 
 

@@ -114,7 +114,7 @@ def test_distance_overwrites_so_it_may_grow_when_a_hole_reopens():
     world.apply(0, Wait(), stay)
     for node in (3, 2, 1, 0):
         field.deposit(visit(world, node))
-    assert field.d == [3.0, 2.0, 1.0, 0.0]
+    assert list(field.d) == [3.0, 2.0, 1.0, 0.0]
     lrta = Distance(world, d_max=10.0)
     lrta.load(field.frame())
     world.reset()

@@ -74,7 +74,7 @@ def test_a_sunk_box_is_a_floor_and_no_box_to_push():
     push(world, 0, 0, 1)
     push(world, 0, 0, 2)
     assert world.agent_node[0] == 1 and world.agent_box[0] == -1 and world.box_claim[0] == -1
-    assert world.surface == [0.0, 0.0, 0.0, 0.0]
+    assert list(world.surface) == [0.0, 0.0, 0.0, 0.0]
     assert world.seated() == 1
     assert not world.graspable(0, 0, 0.0, 1)
     stand(world, 0, 2)
@@ -161,7 +161,7 @@ def test_reservations_are_all_or_none_edges_included():
     assert world.free(0, 1) and not world.free(1, 1)
     world.apply(0, Travel(1), Outcome("arrived", 1))
     assert world.holder(1) == -1 and world.holder((0, 1)) == -1
-    assert world.occupant[:3] == [-1, 0, 1]
+    assert list(world.occupant[:3]) == [-1, 0, 1]
     assert world.release(2) == [3] and world.holder(3) == -1
 
 
@@ -186,7 +186,7 @@ def test_claims_end_when_the_box_is_left_sunk_or_its_holder_is_done():
     assert world.box_claim == [-1] and world.occupant[1] == -1
     world = carrier()
     world.apply(0, Push(0, 2, -1), Outcome("failed", 1, (BoxPlace(0, 2, True),), reason="stray"))
-    assert world.box_claim == [-1] and world.box_stray == [True] and world.agent_box == [-1, -1]
+    assert world.box_claim == [-1] and world.box_stray == [True] and list(world.agent_box) == [-1, -1]
     world = carrier()
     world.apply(0, Push(0, 2, -1), Outcome("blocked", 1, reason="blocked"))
     assert world.box_claim == [0], "a blocked pusher still holds its box"

@@ -62,6 +62,18 @@ def test_strides_are_what_a_large_map_consists_of(monkeypatch):
     assert len(taken) < 0.05 * run.manifest["rows"]["decisions"]
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_listener_hears_every_event_and_changes_nothing(seed, tmp_path):
+    scenario, heard = varied(seed), []
+    alone = colonysim.run(scenario, seed=seed, out=tmp_path / "alone")
+    watched = colonysim.run(scenario, seed=seed, out=tmp_path / "watched", on_event=lambda e, _: heard.append(e))
+    assert alone.trace_sha256 == watched.trace_sha256
+    assert list(alone.events()) == list(watched.events()) == heard
+    kinds = {"goal", "wait"}
+    some = list(colonysim.simulate(scenario, seed=seed, kinds=kinds))
+    assert some == [event for event in heard if event.kind in kinds]
+
+
 OTHERS = [("mock", "colony"), ("nodeworld", "paper"), ("nodeworld", "oracle"), ("nodeworld", "random")]
 
 

@@ -11,6 +11,7 @@ from colonysim.push.state import State, observe
 from colonysim.push.task import PushTask
 
 FLAT = PushTask(0, (0.0, 0.0), (2.0, 0.0), "flat", 0.0)
+SLOPE = PushTask(0, (0.0, 0.0), (3.0, 0.0), "slope", 0.25)
 HOLE = PushTask(0, (0.0, 0.0), (2.0, 0.0), "hole", 0.0, 0)
 
 
@@ -92,6 +93,9 @@ def test_what_the_improved_rules_add() -> None:
         (FLAT, 1.0, 0.14, 0.0, None),
         (FLAT, 1.0, 0.16, 0.0, "off_line"),
         (FLAT, 1.0, 0.16, 0.1, None),
+        (SLOPE, 1.0, 0.29, 0.0, None),
+        (SLOPE, 1.0, 0.31, 0.0, "off_line"),
+        (SLOPE, 2.5, 0.16, 0.0, "off_line"),
         (FLAT, 1.995, 0.0, 0.0, None),
         (FLAT, 1.995, 0.22, 0.2, "past_goal"),
         (HOLE, 1.3, 0.09, 0.0, "off_line_at_edge"),

@@ -25,6 +25,7 @@ TINY = dataclasses.replace(
     test_block=1,
     candidates=2,
     playoff=1,
+    final=1,
     kinds=(("flat", 1.0),),
     starts=(StartMix("fine", 1.0, guards=True),),
 )

@@ -102,6 +102,10 @@ CHANGED = [
     ("[1, 1.0]", "{node: 1, heigth: 1}", "x.yaml:12:15: boxes.0.heigth: unknown field, expected node or height; did you mean 'height'?"),
     ("[1, 1.0]", "[1, 1.0]\n  - [1, 1.0]", "x.yaml:13:5: boxes.1: a second box stands on node 1, which is no hole"),
     ("agents: [0]", "agents: []", "x.yaml:13:1: agents: got an empty list, expected at least 1"),
+    ("agents: [0]", "agents: 4", "x.yaml:13:1: agents: got 4, expected a list of nodes, or {count: ..., seed: ..., within: "),
+    ("agents: [0]", "agents: {count: 2}", "x.yaml:13:1: agents.seed: is missing"),
+    ("agents: [0]", "agents: {count: 2, sede: 1}", "x.yaml:13:20: agents.sede: unknown field, expected count, seed or within"),
+    ("agents: [0]", "agents: {count: 20, seed: 1}", "x.yaml:13:10: agents.count: 20 agents, but only"),
     ("agents: [0]", "agents: [0, 12]", "x.yaml:13:13: agents.1: there is no node 12"),
     ("agents: [0]", "agents: [0, 3, 0]", "x.yaml:13:13: agents.1: an agent stands on the goal 3"),
     ("agents: [0]", "agents: [0, 0]", "x.yaml:13:13: agents.1: two agents stand on node 0, the other is agents.0"),
@@ -128,12 +132,14 @@ def test_a_wrong_field_is_named_with_its_place(tmp_path, old, new, message):
 
 
 GENERATED = [
-    ("{kind: gird, rows: 3}", "topology.kind: unknown kind 'gird', expected grid, line, ring or geometric; did you mean 'grid'?"),
+    ("{kind: gird, rows: 3}", "topology.kind: unknown kind 'gird', expected grid, line, ring, geometric or rooms; did you mean 'grid'?"),
     ("{rows: 3}", "topology: the `kind` is missing"),
     ("grid", "topology: got 'grid', expected a mapping with a `kind`"),
     ("{kind: grid, rows: 3, colums: 3}", "x.yaml:1:33: topology.colums: unknown field; did you mean 'columns'?"),
     ("{kind: grid, rows: 3, columns: 3, diagonals: yes}", "x.yaml:1:45: topology.diagonals: got 'yes', expected true or false"),
-    ("{kind: grid, rows: 3000, columns: 3000}", "topology: makes 9000000 nodes, expected at most 250000"),
+    ("{kind: grid, rows: 3000, columns: 3000}", "topology: makes 9000000 nodes, expected at most 2000000"),
+    ("{kind: rooms, rows: 300, columns: 300, size: 9, seed: 1}", "topology: makes 8994001 nodes"),
+    ("{kind: rooms, rows: 3, columns: 3, size: 1, seed: 1}", "topology.size: got 1, expected at least 2"),
     ("{kind: ring, nodes: 2}", "topology.nodes: got 2, expected at least 3"),
     ("{kind: geometric, nodes: 9, radius: 1}", "topology.seed: is missing"),
     ("{kind: geometric, nodes: 99, radius: 1, seed: 1, apart: 5}", "topology: 99 nodes 5 apart do not fit into 10 x 10"),

@@ -1,0 +1,108 @@
+"""What a sweep costs beyond its trials, and whether it survives kills, at full size.
+
+    python benchmarks/sweeps.py overhead --trials 2000
+    python benchmarks/sweeps.py kills --trials 400 --kills 50
+
+`overhead` runs trials of sanity as a sweep and, in turn, in a bare `multiprocessing.Pool` of as many processes, which
+begins cold too. `kills` kills a sweep with its whole process group at random moments, resumes it each time, and
+compares its tables with those of one that was left alone.
+"""
+
+import argparse
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from multiprocessing import get_context
+from pathlib import Path
+
+import colonysim
+from colonysim.sweep import Store, run_sweep
+from colonysim.sweep.tables import read_table
+
+NEEDED = 1.15
+"""Most times the bare pool's wall time."""
+
+
+def sweep_file(folder: Path, trials: int, episodes: int) -> Path:
+    path = folder / "sweep-file.yaml"
+    path.write_text(f"scenarios: [sanity]\nseeds: {{count: {trials}}}\nepisodes: {episodes}\n")
+    return path
+
+
+def bare_trial(job: tuple[int, int]) -> list[int]:
+    seed, episodes = job
+    run = colonysim.run("sanity", episodes=episodes, seed=seed, trace=False)
+    return [episode.steps for episode in run.episodes]
+
+
+def overhead(trials: int, episodes: int, workers: int) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        run_sweep(sweep_file(Path(folder), trials, episodes), Path(folder) / "out", workers=workers)
+        swept = time.perf_counter() - began
+    began = time.perf_counter()
+    with get_context("spawn").Pool(workers) as pool:
+        pool.map(bare_trial, [(seed, episodes) for seed in range(trials)], chunksize=1)
+    bare = time.perf_counter() - began
+    print(f"{trials} trials of {episodes} episodes, {workers} workers: sweep {swept:.1f} s, bare pool {bare:.1f} s, "
+          f"ratio {swept / bare:.3f} (at most {NEEDED})")  # fmt: skip
+    return int(swept / bare > NEEDED)
+
+
+def rows(directory: Path, table: str) -> list[dict[str, object]]:
+    found = read_table(directory, table)
+    return [{name: value for name, value in row.items() if name != "seconds"} for row in found.to_pylist()]
+
+
+def kills(trials: int, episodes: int, workers: int, times: int) -> int:
+    rng, done = random.Random(0), 0
+    with tempfile.TemporaryDirectory() as folder:
+        file = sweep_file(Path(folder), trials, episodes)
+        whole, out = Path(folder) / "whole", Path(folder) / "killed"
+        began = time.perf_counter()
+        run_sweep(file, whole, workers=workers)
+        pace = (time.perf_counter() - began) / trials
+        command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
+        begun = 0
+        while True:
+            process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
+            if done < times:
+                # From its first second to as long as its share of the trials may take.
+                try:
+                    process.wait(rng.uniform(0.5, 2.5 + 2.0 * pace * trials / times))
+                except subprocess.TimeoutExpired:
+                    os.killpg(process.pid, signal.SIGKILL)
+                    done += 1
+            if process.wait() == 0:
+                break
+        lines = (out / "journal.jsonl").read_text().splitlines()
+        begun = sum('"status":"running"' in line for line in lines)
+        ends = Counter(line[:32] for line in lines if '"status":"succeeded"' in line)
+        same = all(rows(out, table) == rows(whole, table) for table in ("trials", "episodes"))
+        twice = sum(count > 1 for count in ends.values())
+        print(f"{trials} trials, {done} kills: tables equal {same}, finished twice {twice}, "
+              f"begun again {begun - trials} (at most {workers * done})")  # fmt: skip
+        assert len(Store(out).entries) == trials
+    return int(not same or twice > 0 or begun - trials > workers * done)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=("overhead", "kills"))
+    parser.add_argument("--trials", type=int, default=400)
+    parser.add_argument("--episodes", type=int, default=30)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--kills", type=int, default=50)
+    asked = parser.parse_args()
+    if asked.what == "overhead":
+        return overhead(asked.trials, asked.episodes, asked.workers)
+    return kills(asked.trials, asked.episodes, asked.workers, asked.kills)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""The results of a run, as JSON and as a table."""
+
+from __future__ import annotations
+
+from statistics import fmean, stdev
+from typing import TYPE_CHECKING, Any
+
+from colonysim.cli.console import print_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import EpisodeResult
+
+__all__ = ["print_results", "results"]
+
+
+def _spread(values: Sequence[float]) -> tuple[float, float]:
+    """Mean and sample standard deviation (0 for a single value)."""
+    return (fmean(values), stdev(values) if len(values) > 1 else 0.0) if values else (0.0, 0.0)
+
+
+def results(run: Run) -> dict[str, Any]:
+    """What `colonysim run --json` prints; standard deviations are those of a sample (n - 1)."""
+    steps_mean, steps_sd = _spread([episode.steps for episode in run.episodes])
+    success_mean, success_sd = _spread([episode.success for episode in run.episodes])
+    keys = ("episode", "steps", "success", "ended", "sim_seconds", "wall_seconds")
+    return {
+        "scenario": run.manifest["name"],
+        "backend": run.manifest["backend"],
+        "policy": run.manifest["policy"],
+        "mode": run.manifest["mode"],
+        "seed": run.manifest["seed"],
+        "out": None if run.path is None else str(run.path),
+        "trace_sha256": run.trace_sha256,
+        "episodes": [{key: getattr(episode, key) for key in keys} for episode in run.episodes],
+        "summary": {
+            "steps_mean": steps_mean,
+            "steps_sd": steps_sd,
+            "success_mean": success_mean,
+            "success_sd": success_sd,
+        },
+    }
+
+
+def print_results(run: Run) -> None:
+    """The same as a table for people: all episodes, and the last third if there are many."""
+    from collections import Counter
+
+    import typer
+
+    episodes = run.episodes
+    parts = [episodes]
+    if len(episodes) >= 9:
+        third = len(episodes) // 3
+        parts += [episodes[:third], episodes[-third:]]
+    rows = []
+    for part in parts:
+        if part:
+            rows.append(_row(part, Counter(episode.ended for episode in part)))
+    manifest = run.manifest
+    title = f"{manifest['name']} · {manifest['backend']} · {manifest['policy']} · {manifest['mode']}"
+    columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
+    print_table(columns, rows, f"{title} · seed {manifest['seed']}")
+    if run.path is not None:
+        typer.echo(f"run    {run.path}")
+    typer.echo(f"trace  {run.trace_sha256}")
+
+
+def _row(part: Sequence[EpisodeResult], endings: dict[str, int]) -> tuple[str, ...]:
+    steps, steps_sd = _spread([episode.steps for episode in part])
+    success, success_sd = _spread([episode.success for episode in part])
+    return (
+        f"{part[0].episode}-{part[-1].episode}" if len(part) > 1 else str(part[0].episode),
+        f"{steps:.2f} ± {steps_sd:.2f}",
+        f"{success:.3f} ± {success_sd:.3f}",
+        f"{fmean(episode.sim_seconds for episode in part):.1f}",
+        f"{sum(episode.wall_seconds for episode in part):.1f}",
+        ", ".join(f"{ended} {count}" for ended, count in sorted(endings.items())),
+    )

@@ -1,0 +1,65 @@
+"""`colonysim sweep`: many runs of many settings, which survive whatever happens to them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from colonysim.sweep.workers import Outcome
+
+__all__ = ["EXAMPLES", "command"]
+
+EXAMPLES = """\b
+Examples:
+  colonysim sweep beta.yaml --out results/beta
+  colonysim sweep beta.yaml --out results/beta --retry failed
+  colonysim results results/beta
+
+\b
+A sweep file:
+  scenarios: [easy, {scenario: hard, variants: [null, r5-4]}]
+  grid: {policy.beta: [2, 4, 8]}
+  seeds: {count: 20}
+"""
+
+
+def command(
+    file: Annotated[Path, typer.Argument(help="The sweep file.", show_default=False)],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The sweep's directory.", show_default=False)],
+    workers: Annotated[
+        int | None, typer.Option("--workers", "-w", min=1, help="Trials at a time. [default: one for each processor]")
+    ] = None,
+    retry: Annotated[Literal["failed"] | None, typer.Option(help="Run trials that failed once more.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Run all trials of a sweep that its directory does not hold yet.
+
+    Stop it at any moment and start it again, also with another version of the file: finished trials
+    are kept, the rest goes on. A trial that fails is a row with its traceback, and does not stop the others.
+    """
+    from colonysim.cli.console import say
+    from colonysim.cli.progress import Bar
+    from colonysim.sweep import run_sweep
+
+    with Bar("sweep", 1.0, quiet) as bar:
+
+        def watch(outcome: Outcome, done: int, total: int) -> None:
+            bar.move(done / total)
+            if outcome.status == "failed":
+                about = ", ".join(f"{k} {v}" for k, v in outcome.trial.described().items() if v is not None)
+                bar.line(f"failed: {about}: {outcome.error.strip().splitlines()[-1]}")
+
+        try:
+            planned, store = run_sweep(
+                file, out, workers=workers, retry_failed=retry == "failed", on_outcome=watch
+            )
+        except KeyboardInterrupt:
+            say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")
+            raise SystemExit(130) from None
+    failed = sum(store.entries[trial.identity]["status"] == "failed" for trial in planned.trials)
+    typer.echo(f"{len(planned.trials) - failed} trials succeeded, {failed} failed: {out}")
+    if failed:
+        raise SystemExit(1)

@@ -1,0 +1,13 @@
+"""Sweeps: many runs of many settings, which survive whatever happens to them.
+
+`plan` reads a sweep file into trials, `trial` runs one, `workers` runs many in processes of their own, `store` keeps
+what came of each, `tables` turns that into tables. `run_sweep` puts them together.
+"""
+
+from __future__ import annotations
+
+from colonysim.sweep.plan import Sweep, Trial, load_sweep
+from colonysim.sweep.running import run_sweep
+from colonysim.sweep.store import Store
+
+__all__ = ["Store", "Sweep", "Trial", "load_sweep", "run_sweep"]

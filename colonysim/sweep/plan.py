@@ -1,0 +1,266 @@
+"""What a sweep consists of: a file becomes trials, each with an identity made of all that determines its result."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import random
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from colonysim import __version__
+from colonysim.errors import ColonysimError, MissingExtraError, ScenarioError
+from colonysim.plugins import make_policy
+from colonysim.world.loading import load_scenario
+from colonysim.world.places import Places
+from colonysim.world.source import read_file
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+__all__ = ["Limits", "Sweep", "Trial", "found", "load_sweep"]
+
+MAX_TRIALS = 1_000_000
+"""Most trials of one sweep."""
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Chosen(_Section):
+    """A scenario with some of its variants."""
+
+    scenario: str
+    variants: Annotated[list[str | None], Field(min_length=1)] = [None]
+
+
+class _Backend(BaseModel):
+    """A backend with its options."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    name: str
+
+
+class _Sample(_Section):
+    """Settings drawn at random from ranges."""
+
+    count: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
+    ranges: Annotated[dict[str, tuple[Number, Number]], Field(min_length=1)]
+    method: Literal["uniform", "sobol"] = "uniform"
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+class _Seeds(_Section):
+    """Seeds in a row."""
+
+    count: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
+    first: Annotated[int, Field(ge=0)] = 0
+
+
+class Limits(_Section):
+    """What a trial may take; beyond that it has failed."""
+
+    seconds: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    """Of wall clock."""
+    memory_mb: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    """Of data in its process, where the system can limit that."""
+
+
+class _File(_Section):
+    """A sweep file."""
+
+    name: str = "sweep"
+    scenarios: Annotated[list[str | _Chosen], Field(min_length=1)]
+    backends: Annotated[list[str | _Backend], Field(min_length=1)] = ["nodeworld"]
+    policies: Annotated[list[str | None], Field(min_length=1)] = [None]
+    modes: Annotated[list[Literal["asynchronous", "synchronous"] | None], Field(min_length=1)] = [None]
+    grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = {}
+    sample: _Sample | None = None
+    seeds: Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1)] | _Seeds = [0]
+    episodes: Annotated[int, Field(ge=1)] | None = None
+    limits: Limits = Limits()
+
+    @model_validator(mode="after")
+    def _one_source_each(self) -> _File:
+        both = sorted(set(self.grid) & set(self.sample.ranges if self.sample else ()))
+        if both:
+            raise ValueError(f"{both[0]!r} stands both in grid and in sample.ranges")
+        return self
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of a sweep.
+
+    Attributes:
+        scenario: As the sweep's file names it; relative to that file.
+        variant: Its variant.
+        backend: Name of the backend.
+        options: The backend's options.
+        policy: Name of the policy; None: the scenario's own.
+        mode: None: the scenario's own.
+        parameters: Fields of the scenario that are set, by path.
+        episodes: How many; None: the scenario's own number.
+        seed: The run's seed.
+        folder: What a relative path of a scenario is relative to.
+        identity: Hash of all that determines the result, the package's version and the scenario's content included.
+    """
+
+    scenario: str
+    variant: str | None
+    backend: str
+    options: Mapping[str, Any]
+    policy: str | None
+    mode: str | None
+    parameters: Mapping[str, Any]
+    episodes: int | None
+    seed: int
+    folder: str
+    identity: str = field(default="", compare=False)
+
+    def described(self) -> dict[str, Any]:
+        """Its columns in a table, parameters by their paths."""
+        options = {f"backend.{name}": value for name, value in sorted(self.options.items())}
+        return {
+            "scenario": self.scenario, "variant": self.variant, "backend": self.backend, "policy": self.policy,
+            "mode": self.mode, **options, **self.parameters, "seed": self.seed,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep's trials in order, and what each may take."""
+
+    name: str
+    trials: tuple[Trial, ...]
+    limits: Limits
+
+
+def load_sweep(path: str | Path) -> Sweep:
+    """Reads a sweep file.
+
+    Every setting is tried on its scenario here, so that a misspelt parameter is found before anything runs.
+
+    Raises:
+        ScenarioError: One message: file, line, field, what is wrong.
+        ColonysimError: The sweep is too large.
+    """
+    path = Path(path)
+    document, positions = read_file(path, str(path))
+    places = Places(str(path), positions)
+    if not isinstance(document, dict):
+        raise ScenarioError(f"{path}: expected fields such as `scenarios:` and `seeds:`")
+    try:
+        file = _File.model_validate({"name": path.stem, **document})
+    except ValidationError as error:
+        raise _complaint(error, document, places) from None
+    return Sweep(file.name, tuple(_trials(file, path.parent, places)), file.limits)
+
+
+def _complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:
+    # Of a field with several forms the one that the value was meant for went furthest.
+    faults = error.errors(include_url=False)
+    first = max(faults, key=lambda fault: (fault["type"] == "extra_forbidden", len(fault["loc"])))
+    parts: list[str] = []
+    value: Any = document
+    for part in first["loc"]:
+        inside = value[part] if isinstance(part, int) and isinstance(value, list) and part < len(value) else None
+        if isinstance(value, dict) and part in value:
+            inside = value[part]
+        elif inside is None and first["type"] not in ("missing", "extra_forbidden"):
+            continue  # the name of a form, which is not in the file
+        elif inside is None and part != first["loc"][-1]:
+            continue
+        parts.append(str(part))
+        value = inside
+    message = first["msg"].removeprefix("Value error, ")
+    return places.fault(".".join(parts), message[:1].lower() + message[1:])
+
+
+def _trials(file: _File, folder: Path, places: Places) -> Iterator[Trial]:
+    settings = list(_settings(file))
+    seeds = file.seeds if isinstance(file.seeds, list) else range(file.seeds.first, file.seeds.first + file.seeds.count)
+    places_of = [
+        (f"scenarios.{n}", chosen.scenario, variant)
+        for n, entry in enumerate(file.scenarios)
+        for chosen in [entry if isinstance(entry, _Chosen) else _Chosen(scenario=entry)]
+        for variant in chosen.variants
+    ]
+    backends = [entry if isinstance(entry, _Backend) else _Backend(name=entry) for entry in file.backends]
+    ways = list(itertools.product(backends, file.policies, file.modes))
+    count = len(places_of) * len(ways) * len(settings) * len(seeds)
+    if count > MAX_TRIALS:
+        raise places.fault("", f"makes {count} trials, expected at most {MAX_TRIALS}")
+    seen: set[str] = set()
+    for place, scenario, variant in places_of:
+        for parameters in settings:
+            digest = _digest(place, scenario, variant, parameters, file.policies, folder, places)
+            for (backend, policy, mode), seed in itertools.product(ways, seeds):
+                trial = Trial(
+                    scenario, variant, backend.name, dict(backend.model_extra or {}), policy, mode, parameters,
+                    file.episodes, seed, str(folder),
+                )  # fmt: skip
+                identity = _identity(trial, digest)
+                if identity not in seen:  # listed twice it is still one trial
+                    seen.add(identity)
+                    yield Trial(**{**trial.__dict__, "identity": identity})
+
+
+def _settings(file: _File) -> Iterator[dict[str, Any]]:
+    drawn = list(_drawn(file.sample)) if file.sample else [{}]
+    for values in itertools.product(*file.grid.values()):
+        for sample in drawn:
+            yield {**dict(zip(file.grid, values, strict=True)), **sample}
+
+
+def _drawn(sample: _Sample) -> Iterator[dict[str, float]]:
+    if sample.method == "uniform":
+        rng = random.Random(sample.seed)
+        shares: Sequence[Sequence[float]] = [[rng.random() for _ in sample.ranges] for _ in range(sample.count)]
+    else:
+        try:
+            from scipy.stats import qmc
+        except ImportError as error:
+            raise MissingExtraError(f"Sobol samples need SciPy ({error}): pip install 'colonysim[sweep]'") from error
+        shares = qmc.Sobol(len(sample.ranges), rng=sample.seed).random(sample.count).tolist()
+    for share in shares:
+        yield {
+            name: low + (high - low) * part
+            for (name, (low, high)), part in zip(sample.ranges.items(), share, strict=True)
+        }
+
+
+def _digest(
+    place: str, scenario: str, variant: str | None, parameters: Mapping[str, Any], policies: Sequence[str | None],
+    folder: Path, places: Places,
+) -> str:  # fmt: skip
+    """The hash of what a scenario says under these settings; a setting that does not fit it is an error here."""
+    try:
+        loaded = load_scenario(found(scenario, folder), variant, parameters)
+        for policy in policies:
+            make_policy(policy, loaded)
+    except ColonysimError as error:
+        raise places.fault(place, str(error)) from None
+    return loaded.digest
+
+
+def found(scenario: str, folder: str | Path) -> str | Path:
+    """A scenario's name, or its path relative to the sweep's file."""
+    beside = Path(folder) / scenario
+    return beside if beside.suffix and not Path(scenario).is_absolute() else scenario
+
+
+def _identity(trial: Trial, digest: str) -> str:
+    what = {
+        "version": __version__, "scenario": digest, "backend": trial.backend, "options": trial.options,
+        "policy": trial.policy, "mode": trial.mode, "episodes": trial.episodes, "seed": trial.seed,
+    }  # fmt: skip
+    text = json.dumps(what, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,0 +1,97 @@
+"""Runs a sweep: what is not there yet, and nothing twice."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from colonysim.errors import ColonysimError
+from colonysim.sweep.plan import load_sweep
+from colonysim.sweep.store import Store
+from colonysim.sweep.tables import write_tables
+from colonysim.sweep.workers import Outcome, run_locally
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from colonysim.sweep.plan import Sweep
+
+__all__ = ["run_sweep"]
+
+TABLES_EVERY = 10.0
+"""Seconds of wall clock between two writings of the tables, at least; a tenth of the time they take at most."""
+
+
+def run_sweep(
+    file: str | Path,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    retry_failed: bool = False,
+    on_outcome: Callable[[Outcome, int, int], None] | None = None,
+) -> tuple[Sweep, Store]:
+    """Runs the trials of a sweep file that `out` does not hold yet.
+
+    It may be stopped and started again at any time, also with another version of the file: what has finished is kept,
+    what was under way is begun again. Everything runs in processes of their own, so a script that calls this needs
+    the usual `if __name__ == "__main__":`.
+
+    Args:
+        file: The sweep file.
+        out: The sweep's directory: its journal, its tables and a copy of the file.
+        workers: How many trials run at a time; None: one for each processor.
+        retry_failed: Whether trials that have failed are run again too.
+        on_outcome: Called when a trial begins and when it ends, with how many are done and how many there are.
+
+    Returns:
+        The sweep as the file has it now, and the store with the last entry of each trial.
+
+    Raises:
+        ColonysimError: The file is wrong, or the directory cannot be used.
+    """
+    planned = load_sweep(file)
+    finished = {"succeeded"} if retry_failed else {"succeeded", "failed"}
+    with Store(out, write=True) as store:
+        _keep_copy(Path(file), store.directory)
+        left = [t for t in planned.trials if store.entries.get(t.identity, {}).get("status") not in finished]
+        done, total = len(planned.trials) - len(left), len(planned.trials)
+        written = 0.0
+        running: dict[str, Outcome] = {}
+        outcomes = run_locally(left, planned.limits, workers or os.cpu_count() or 1)
+        try:
+            for outcome in outcomes:
+                store.put(outcome)
+                if outcome.status == "running":
+                    running[outcome.trial.identity] = outcome
+                else:
+                    running.pop(outcome.trial.identity, None)
+                    done += 1
+                if on_outcome is not None:
+                    on_outcome(outcome, done, total)
+                if time.monotonic() >= written:
+                    began = time.monotonic()
+                    write_tables(store.directory, planned.trials, store.entries)
+                    written = time.monotonic() + max(TABLES_EVERY, 10 * (time.monotonic() - began))
+        except KeyboardInterrupt:
+            for outcome in running.values():
+                store.put(Outcome(outcome.trial, "interrupted"))
+            raise
+        finally:
+            outcomes.close()
+            write_tables(store.directory, planned.trials, store.entries)
+    return planned, store
+
+
+def _keep_copy(file: Path, directory: Path) -> None:
+    copy = directory / "sweep.yaml"
+    if copy.exists() and copy.samefile(file):
+        return
+    temporary = directory / ".sweep.yaml.tmp"
+    try:
+        shutil.copyfile(file, temporary)
+        os.replace(temporary, copy)  # noqa: PTH105
+    except OSError as error:
+        raise ColonysimError(f"{copy}: cannot be written: {error.strerror or error}") from error
