@@ -17,6 +17,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 HOT = (
     "colonysim/backends/bullet.py",
     "colonysim/exact.py",
+    "colonysim/physics/bullet.py",
+    "colonysim/physics/robot.py",
+    "colonysim/physics/scene.py",
+    "colonysim/physics/shapes.py",
     "colonysim/policies/choice.py",
     "colonysim/policies/paths.py",
     "colonysim/policies/stigmergy.py",
