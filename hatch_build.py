@@ -16,6 +16,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
     "colonysim/backends/bullet.py",
+    "colonysim/backends/traffic.py",
     "colonysim/exact.py",
     "colonysim/physics/bullet.py",
     "colonysim/physics/robot.py",
