@@ -71,7 +71,10 @@ def compile_hot(root: Path, scratch: Path) -> list[Path]:
     placed = []
     for built in sorted((scratch / "lib").rglob("*.*")):
         target = root / built.relative_to(scratch / "lib")
-        shutil.copy2(built, target)
+        # Not over the old one: a program that runs on it would crash.
+        fresh = target.with_suffix(f".{os.getpid()}")
+        shutil.copy2(built, fresh)
+        fresh.replace(target)
         placed.append(target)
     return placed
 
