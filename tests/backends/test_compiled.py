@@ -19,11 +19,15 @@ import colonysim
 from colonysim.push import driving
 print(driving.__file__)
 for name, push in (("hard", "staged"), ("easy", "rl")):
-    print(colonysim.run(name, backend="bullet", episodes=1, seed=5, trace=False, backend_options={"push": push}).trace_sha256)
+    run = colonysim.run(name, backend="bullet", episodes=1, seed=5, trace=False, backend_options={"push": push})
+    print(run.trace_sha256)
 """
 
 
-@pytest.mark.skipif(str(driving.__file__).endswith(".py"), reason="colonysim was installed where there is no C compiler")
+PLAIN = str(driving.__file__).endswith(".py")
+
+
+@pytest.mark.skipif(PLAIN, reason="colonysim was installed where there is no C compiler")
 def test_compiled_and_plain_python_drive_and_push_alike(tmp_path):
     plain, elsewhere = tmp_path / "colonysim", tmp_path / "elsewhere"
     elsewhere.mkdir()

@@ -16,7 +16,10 @@ PLACE = Footing(Terrain((LOW, HIGH), (), (RAMP,)))
 
 @pytest.mark.parametrize(
     ("x", "y", "height"),
-    [(-3.0, 1.0, 0.0), (4.0, 1.0, 0.3), (1.0, 1.0, 0.15), (1.0, 1.6, -math.inf), (-5.1, 0.0, -math.inf), (2.0, 0.0, 0.3)],
+    [
+        (-3.0, 1.0, 0.0), (4.0, 1.0, 0.3), (1.0, 1.0, 0.15), (2.0, 0.0, 0.3),
+        (1.0, 1.6, -math.inf), (-5.1, 0.0, -math.inf),
+    ],
 )
 def test_height_of_level_ground_of_a_ramp_and_beside_both(x, y, height):
     assert PLACE.height(x, y) == pytest.approx(height)
