@@ -1,6 +1,7 @@
 # The types of bullet.py when it is compiled.
 cimport cython
 from colonysim.backends.traffic cimport closing_in, ticks_until_close
+from colonysim.physics.scene cimport Scene as SceneType  # the name Scene stays free to be replaced
 
 
 cdef class _Action:
@@ -9,4 +10,4 @@ cdef class _Action:
     cdef readonly bint held
     cdef Py_ssize_t look_at
 
-    cpdef look_out(self, scene, Py_ssize_t agent, speeds, Py_ssize_t ticks)
+    cpdef go_on(self, SceneType scene, Py_ssize_t agent, Py_ssize_t ticks)

@@ -65,13 +65,22 @@ class _Action:
         self.held = False
         self.look_at = 0
 
-    def look_out(self, scene: Scene, agent: int, speeds: WheelSpeeds, ticks: int) -> None:
-        """Finds out, where others may be near, whether the robot has to stop for one of them."""
+    def go_on(self, scene: Scene, agent: int, ticks: int) -> None:
+        """Drives for one more tick, unless another robot is in the way.
+
+        Raises:
+            StopIteration: The manoeuvre is over; its value is the result.
+        """
+        speeds = next(self.manoeuvre)
         if ticks >= self.look_at and (ticks + agent) % LOOK_TICKS == 0:
             others = [scene.course(i) for i in scene.present_robots() if i != agent]
             here = scene.course(agent)
             self.held = closing_in(here, speeds, others)
             self.look_at = ticks + ticks_until_close(here, others)
+        if self.held:
+            scene.drive(agent, 0.0, 0.0)
+        else:
+            scene.drive(agent, speeds[0], speeds[1])
 
 
 class Bullet:
@@ -197,23 +206,17 @@ class Bullet:
         scene = self._open()
         self._now = now
         finished = []
-        ticks, drive, actions = self._ticks, scene.drive, self._actions
+        ticks, actions = self._ticks, self._actions
         for agent in self._agents:
             action = actions.get(agent)
             if action is None:
                 continue
             try:
-                left, right = speeds = next(action.manoeuvre)
+                action.go_on(scene, agent, ticks)
             except StopIteration as end:
-                drive(agent, 0.0, 0.0)
+                scene.drive(agent, 0.0, 0.0)
                 del actions[agent]
                 finished.append(Finished(agent, self._outcome(agent, action, end.value)))
-                continue
-            action.look_out(scene, agent, speeds, ticks)
-            if action.held:
-                drive(agent, 0.0, 0.0)
-            else:
-                drive(agent, left, right)
         scene.tick()
         self._ticks = ticks = ticks + 1
         if ticks % POSE_TICKS == 0:

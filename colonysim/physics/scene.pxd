@@ -23,7 +23,10 @@ cdef class Scene:
     cpdef tuple course(self, Py_ssize_t i)
     cpdef box(self, Py_ssize_t i)
 
-    @cython.locals(x=double, y=double, z=double, pitch=double, yaw=double, c=double, s=double, dip=double, lowest=double, reach=double)
+    @cython.locals(
+        x=double, y=double, z=double, roll=double, pitch=double, yaw=double, c=double, s=double, dip=double,
+        lowest=double, reach=double,
+    )
     cpdef robot_fault(self, Py_ssize_t i)
 
     cpdef box_fault(self, Py_ssize_t i)

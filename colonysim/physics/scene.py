@@ -164,12 +164,11 @@ class Scene:
             second, `"in_pit"` when its nose, middle or tail hangs in a pit, `"fallen"` when it left the
             ground, else None.
         """
-        pose = self.robot(i)
-        if not all(map(math.isfinite, pose)):
+        x, y, z, roll, pitch, yaw = self.robot(i)
+        if not math.isfinite(x + y + z + roll + pitch + yaw):
             return "nan"
         if self._tilted[i] >= _FLIPPED_TICKS:
             return "flipped"
-        x, y, z, _, pitch, yaw = pose
         dip = math.sin(pitch)
         lowest = z - (BUMPER - 0.1) * abs(dip)
         # Most robots stand on the highest ground.

@@ -22,8 +22,6 @@ for name, push in (("hard", "staged"), ("easy", "rl")):
     run = colonysim.run(name, backend="bullet", episodes=1, seed=5, trace=False, backend_options={"push": push})
     print(run.trace_sha256)
 """
-
-
 PLAIN = str(driving.__file__).endswith(".py")
 
 
