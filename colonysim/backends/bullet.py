@@ -23,7 +23,6 @@ from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from colonysim.physics import WheelSpeeds
     from colonysim.push.executors import Executor
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
