@@ -16,13 +16,23 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
     "colonysim/backends/bullet.py",
+    "colonysim/backends/traffic.py",
     "colonysim/exact.py",
+    "colonysim/physics/bullet.py",
+    "colonysim/physics/robot.py",
+    "colonysim/physics/scene.py",
+    "colonysim/physics/shapes.py",
     "colonysim/policies/choice.py",
     "colonysim/policies/paths.py",
     "colonysim/policies/stigmergy.py",
     "colonysim/policies/view.py",
+    "colonysim/push/controls.py",
     "colonysim/push/driving.py",
+    "colonysim/push/footing.py",
+    "colonysim/push/judging.py",
     "colonysim/push/learned.py",
+    "colonysim/push/paths.py",
+    "colonysim/push/staging.py",
     "colonysim/push/state.py",
     "colonysim/simulation/episode.py",
     "colonysim/simulation/strides.py",
@@ -61,7 +71,10 @@ def compile_hot(root: Path, scratch: Path) -> list[Path]:
     placed = []
     for built in sorted((scratch / "lib").rglob("*.*")):
         target = root / built.relative_to(scratch / "lib")
-        shutil.copy2(built, target)
+        # Not over the old one: a program that runs on it would crash.
+        fresh = target.with_suffix(f".{os.getpid()}")
+        shutil.copy2(built, fresh)
+        fresh.replace(target)
         placed.append(target)
     return placed
 

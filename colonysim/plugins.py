@@ -50,7 +50,8 @@ def load(group: str, name: str) -> Any:
     Raises:
         PluginError: There is no such name (the nearest one is named), or its module cannot be imported.
     """
-    place = name if ":" in name else available(group).get(name)
+    # Looking through what is installed takes milliseconds, and nothing there goes before our own.
+    place = name if ":" in name else BUILT_IN[group].get(name) or available(group).get(name)
     if place is None:
         names = sorted(available(group))
         raise PluginError(f"no {'policy' if group == 'policies' else group[:-1]} {name!r}; {nearest(name, names)}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from colonysim.backends.layout import lay_out
@@ -43,23 +42,44 @@ ARRIVAL = 0.08
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
-@dataclass(slots=True)
 class _Action:
     """What a robot is doing.
 
-    Attributes:
+    Args:
         intent: What it was asked for.
         manoeuvre: Its controls, tick by tick.
         origin: The node where it began.
+
+    Attributes:
         held: Whether its wheels are stopped because another robot is in front of it.
         look_at: The tick at which it looks out for other robots again.
     """
 
-    intent: Travel | Push
-    manoeuvre: Manoeuvre
-    origin: int
-    held: bool = False
-    look_at: int = 0
+    __slots__ = ("held", "intent", "look_at", "manoeuvre", "origin")
+
+    def __init__(self, intent: Travel | Push, manoeuvre: Manoeuvre, origin: int) -> None:
+        self.intent = intent
+        self.manoeuvre = manoeuvre
+        self.origin = origin
+        self.held = False
+        self.look_at = 0
+
+    def go_on(self, scene: Scene, agent: int, ticks: int) -> None:
+        """Drives for one more tick, unless another robot is in the way.
+
+        Raises:
+            StopIteration: The manoeuvre is over; its value is the result.
+        """
+        speeds = next(self.manoeuvre)
+        if ticks >= self.look_at and (ticks + agent) % LOOK_TICKS == 0:
+            others = [scene.course(i) for i in scene.present_robots() if i != agent]
+            here = scene.course(agent)
+            self.held = closing_in(here, speeds, others)
+            self.look_at = ticks + ticks_until_close(here, others)
+        if self.held:
+            scene.drive(agent, 0.0, 0.0)
+        else:
+            scene.drive(agent, speeds[0], speeds[1])
 
 
 class Bullet:
@@ -107,6 +127,7 @@ class Bullet:
             self._scene = Scene(self._layout.terrain, self._layout.boxes, self._layout.robots, gui=self._gui)
         except MissingEngineError as error:
             raise MissingExtraError(str(error)) from None
+        self._agents = range(len(self._layout.robots))
         self._actions: dict[int, _Action] = {}
         self._rows: list[TraceRow] = []
         self._now = 0.0
@@ -116,7 +137,7 @@ class Bullet:
             world.topology.distance(0, len(world.topology) - 1) or 1.0
         )
         self.edge_seconds = world.topology.mean_length * (x_scale or 1.0) / TRAVEL_SPEED + TURN_SECONDS
-        for body, number in [("agent", a) for a in range(len(self._layout.robots))] + [
+        for body, number in [("agent", a) for a in self._agents] + [
             ("box", b) for b in range(len(self._layout.boxes))
         ]:
             self._record_pose(body, number)
@@ -184,29 +205,22 @@ class Bullet:
         scene = self._open()
         self._now = now
         finished = []
-        ticks, drive = self._ticks, scene.drive
-        for agent, action in sorted(self._actions.items()):
-            try:
-                left, right = speeds = next(action.manoeuvre)
-            except StopIteration as end:
-                drive(agent, 0.0, 0.0)
-                del self._actions[agent]
-                finished.append(Finished(agent, self._outcome(agent, action, end.value)))
+        ticks, actions = self._ticks, self._actions
+        for agent in self._agents:
+            action = actions.get(agent)
+            if action is None:
                 continue
-            if ticks >= action.look_at and (ticks + agent) % LOOK_TICKS == 0:
-                others = [scene.course(i) for i in scene.present_robots() if i != agent]
-                here = scene.course(agent)
-                action.held = closing_in(here, speeds, others)
-                action.look_at = ticks + ticks_until_close(here, others)
-            if action.held:
-                drive(agent, 0.0, 0.0)
-            else:
-                drive(agent, left, right)
+            try:
+                action.go_on(scene, agent, ticks)
+            except StopIteration as end:
+                scene.drive(agent, 0.0, 0.0)
+                del actions[agent]
+                finished.append(Finished(agent, self._outcome(agent, action, end.value)))
         scene.tick()
         self._ticks = ticks = ticks + 1
         if ticks % POSE_TICKS == 0:
             rows = self._rows
-            for agent, action in self._actions.items():
+            for agent, action in actions.items():
                 rows.append(TraceRow("poses", (now, "agent", agent, *scene.robot(agent))))
                 if isinstance(action.intent, Push):
                     box = action.intent.box

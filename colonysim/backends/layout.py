@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from colonysim.physics import BoxSpec, Ground, Pit, Ramp, RobotSpec, Terrain
+from colonysim.push.footing import footing_on
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -230,13 +231,14 @@ def _is_smooth(terrain: Terrain, start: tuple[float, float], end: tuple[float, f
     away = math.dist(start, end) or 1.0
     c, s = (end[0] - start[0]) / away, (end[1] - start[1]) / away
     before: float | None = None
+    footing = footing_on(terrain)
     for k in range(math.ceil(away / 0.1) + 1):
         along = min(0.1 * k, away)
         x, y = start[0] + along * c - aside * s, start[1] + along * s + aside * c
         if any(pit.contains(x, y) for pit in terrain.pits):
             before = None
             continue
-        height = terrain.height(x, y)
+        height = footing.height(x, y)
         if not math.isfinite(height) or (before is not None and abs(height - before) > _STEP):
             return False
         before = height

@@ -26,7 +26,9 @@ _TURNING = 0.05
 """Slower than this a robot turns on the spot, metres per second."""
 _BUMP, _BRAKING = 0.93, 0.15
 """Robots stop this far apart: metres, and metres for each metre per second."""
-_FASTEST = MAX_WHEEL_SPEED * WHEEL_RADIUS
+_RADIUS, _FASTEST = WHEEL_RADIUS, MAX_WHEEL_SPEED * WHEEL_RADIUS
+_CLOSER_IN_A_TICK = 2 * _FASTEST * TICK_SECONDS
+"""Two robots come this much closer at most, metres."""
 LOOK_TICKS = 3
 """Near others, robots look out for them 20 times a second."""
 _FAR = 5.0
@@ -96,25 +98,33 @@ def closing_in(robot: Course, speeds: WheelSpeeds, others: Iterable[Course]) -> 
         speeds: What its wheels are about to do.
         others: x, y and yaw of the other robots.
     """
-    speed = (speeds.left + speeds.right) * WHEEL_RADIUS / 2
+    left, right = speeds
+    speed = (left + right) * _RADIUS / 2
     if abs(speed) < _TURNING:
         return False
     x, y, yaw = robot
     reach = _BUMP + _BRAKING * abs(speed)
-    near = [(dx, dy) for u, v, _ in others if (dx := u - x) * dx + (dy := v - y) * dy < reach * reach]
-    if not near:
-        return False
-    way = math.copysign(1.0, speed)
-    c, s = way * math.cos(yaw), way * math.sin(yaw)
-    return any(c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE for dx, dy in near)
+    for u, v, _ in others:
+        dx, dy = u - x, v - y
+        if dx * dx + dy * dy < reach * reach:
+            way = math.copysign(1.0, speed)
+            c, s = way * math.cos(yaw), way * math.sin(yaw)
+            if c * dx + s * dy > _AHEAD and abs(c * dy - s * dx) < _ASIDE:
+                return True
+    return False
 
 
 def ticks_until_close(robot: Course, others: Iterable[Course]) -> int:
     """For how many ticks no other robot can come near; all given by x, y and yaw."""
-    nearest = min([math.dist(robot[:2], other[:2]) for other in others], default=math.inf)
-    spare = min(nearest, _FAR) - _BUMP - _BRAKING * _FASTEST
-    # A pose that is no number is looked at in every tick.
-    return int(spare / (2 * _FASTEST * TICK_SECONDS)) if spare > 0.0 else 0
+    x, y, _ = robot
+    nearest = _FAR
+    for u, v, _ in others:
+        away = math.hypot(u - x, v - y)
+        # A pose that is no number is looked at in every tick.
+        if not away >= nearest:
+            nearest = away
+    spare = nearest - _BUMP - _BRAKING * _FASTEST
+    return int(spare / _CLOSER_IN_A_TICK) if spare > 0.0 else 0
 
 
 def _far_apart(a: Point, b: Point, c: Point, d: Point) -> bool:

@@ -47,6 +47,9 @@ _LOOK_TICKS = 5
 _FALLING = 0.05
 _FORCE_AT = (0.0, 0.0, -0.19)
 _make = tuple.__new__
+# What others import is an object for Python; these are plain numbers once compiled.
+_RADIUS, _HALF_TRACK, _FASTEST = WHEEL_RADIUS, TRACK / 2, MAX_WHEEL_SPEED
+_AHEAD_PER_WHEELS, _TURN_PER_WHEELS = WHEEL_RADIUS / 2, WHEEL_RADIUS / TRACK
 
 
 class WheelSpeeds(NamedTuple):
@@ -63,11 +66,11 @@ def wheel_speeds(forward: float, turn: float) -> WheelSpeeds:
         forward: Speed ahead, m/s.
         turn: Turn rate to the left, rad/s.
     """
-    left = (forward - turn * TRACK / 2) / WHEEL_RADIUS
-    right = (forward + turn * TRACK / 2) / WHEEL_RADIUS
-    if abs(left) > MAX_WHEEL_SPEED or abs(right) > MAX_WHEEL_SPEED:
+    left = (forward - turn * _HALF_TRACK) / _RADIUS
+    right = (forward + turn * _HALF_TRACK) / _RADIUS
+    if abs(left) > _FASTEST or abs(right) > _FASTEST:
         fastest = max(abs(left), abs(right))
-        left, right = left * MAX_WHEEL_SPEED / fastest, right * MAX_WHEEL_SPEED / fastest
+        left, right = left * _FASTEST / fastest, right * _FASTEST / fastest
     # Made for every moving robot in every tick: half the time of WheelSpeeds(left, right).
     return _make(WheelSpeeds, (left, right))
 
@@ -170,8 +173,8 @@ class Traction:
 
     def ask(self, left: float, right: float) -> None:
         """Set the wheel speeds, rad/s, each cut off at the motors' limit."""
-        left = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, left))
-        right = max(-MAX_WHEEL_SPEED, min(MAX_WHEEL_SPEED, right))
+        left = max(-_FASTEST, min(_FASTEST, left))
+        right = max(-_FASTEST, min(_FASTEST, right))
         if left != self.left or right != self.right:
             self.left, self.right = left, right
             self.resting = False
@@ -232,12 +235,12 @@ class Traction:
         ahead = vx * (1 - 2 * (y * y + z * z)) + vy * 2 * (x * y + w * z) + vz * r20
         aside = vx * 2 * (x * y - w * z) + vy * (1 - 2 * (x * x + z * z)) + vz * r21
         turning = wx * r02 + wy * r12 + wz * r22
-        fx = _SERVO * _MASS * ((left + right) * (WHEEL_RADIUS / 2) - ahead) + _WEIGHT * r20
+        fx = _SERVO * _MASS * ((left + right) * _AHEAD_PER_WHEELS - ahead) + _WEIGHT * r20
         fy = -_SERVO * _MASS * aside + _WEIGHT * r21
         most = _GRIP * _WEIGHT * r22
         asked = math.hypot(fx, fy)
         if asked > most:
             fx, fy = fx * most / asked, fy * most / asked
-        torque = _YAW_INERTIA * _SERVO * ((right - left) * (WHEEL_RADIUS / TRACK) - turning)
+        torque = _YAW_INERTIA * _SERVO * ((right - left) * _TURN_PER_WHEELS - turning)
         torque = max(-_MAX_TORQUE, min(_MAX_TORQUE, torque))
         engine.push(body, (fx, fy, 0.0), _FORCE_AT, (0.0, 0.0, torque))

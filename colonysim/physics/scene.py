@@ -78,6 +78,7 @@ class Scene:
         self._tilted = [0] * len(self._tractions)
         self._present = tuple(range(len(self._tractions)))
         self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
+        self._highest_rim = max([pit.rim for pit in terrain.pits], default=-math.inf)
         # Poses, and what follows from them, are asked for many times between two changes of the scene.
         self._box_poses: dict[int, Pose] = {}
         self._seated: dict[tuple[int, Pit, float], bool] = {}
@@ -163,21 +164,23 @@ class Scene:
             second, `"in_pit"` when its nose, middle or tail hangs in a pit, `"fallen"` when it left the
             ground, else None.
         """
-        pose = self.robot(i)
-        if not all(map(math.isfinite, pose)):
+        x, y, z, roll, pitch, yaw = self.robot(i)
+        if not math.isfinite(x + y + z + roll + pitch + yaw):
             return "nan"
         if self._tilted[i] >= _FLIPPED_TICKS:
             return "flipped"
-        c, s, dip = math.cos(pose.yaw), math.sin(pose.yaw), math.sin(pose.pitch)
-        lowest = pose.z - (BUMPER - 0.1) * abs(dip)
-        for pit in self.terrain.pits:
-            if lowest >= pit.rim - _SUNK:
-                continue
-            for reach in (BUMPER - 0.1, 0.0, 0.1 - BUMPER):
-                x, y = pose.x + reach * c, pose.y + reach * s
-                if pose.z - reach * dip < pit.rim - _SUNK and pit.contains(x, y):
-                    return "in_pit"
-        return "fallen" if pose.z < self._bottom - 0.3 else None
+        dip = math.sin(pitch)
+        lowest = z - (BUMPER - 0.1) * abs(dip)
+        # Most robots stand on the highest ground.
+        if lowest < self._highest_rim - _SUNK:
+            c, s = math.cos(yaw), math.sin(yaw)
+            for pit in self.terrain.pits:
+                if lowest >= pit.rim - _SUNK:
+                    continue
+                for reach in (BUMPER - 0.1, 0.0, 0.1 - BUMPER):
+                    if z - reach * dip < pit.rim - _SUNK and pit.contains(x + reach * c, y + reach * s):
+                        return "in_pit"
+        return "fallen" if z < self._bottom - 0.3 else None
 
     def robots_touch(self, i: int, j: int) -> bool:
         """Whether two robots pressed against each other in the last physics step."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 """A rotation as x, y, z, w."""
+_HALF_TURN, _FULL_TURN = math.pi, 2.0 * math.pi
 
 
 class Pose(NamedTuple):
@@ -59,7 +60,7 @@ class Slab:
 
 def wrap(angle: float) -> float:
     """The angle brought into [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return (angle + _HALF_TURN) % _FULL_TURN - _HALF_TURN
 
 
 def quaternion(yaw: float, slope: float = 0.0) -> Quat:

@@ -5,9 +5,11 @@ zero straight ahead and positive to the left, so the paper's theta is b + pi/2.
 """
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
 
-from colonysim.physics import MAX_WHEEL_SPEED, WheelSpeeds, wrap
+from colonysim.physics.robot import MAX_WHEEL_SPEED, WheelSpeeds
+from colonysim.physics.shapes import wrap
 from colonysim.push.state import State
 
 __all__ = ["CONTROLS", "GAIN_ALIGN", "GAIN_ROTATE", "GAIN_TRAVEL", "Control", "control_speeds"]
@@ -19,6 +21,7 @@ SIDE = 0.6
 """Points L and R lie this far to the left and right of the box's centre, metres."""
 _NO_LINE = 0.05
 """With the box this close to the goal, metres, the two no longer define a line."""
+_QUARTER_TURN, _FASTEST = math.pi / 2, MAX_WHEEL_SPEED
 
 
 class Control(IntEnum):
@@ -42,40 +45,23 @@ def control_speeds(control: Control, state: State) -> WheelSpeeds:
 
     `ANGLE_GOAL` turns on the spot (paper Eq. 5): the equation number in the paper's table is wrong.
     """
-    match control:
-        case Control.BACK:
-            return WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL)
-        case Control.APPROACH:
-            return _travel(state.x_box, state.y_box)
-        case Control.ANGLE_BOX:
-            return _rotate(state.x_box, state.y_box)
-        case Control.ALIGN:
-            return _align(state)
-        case Control.PUSH_IN:
-            return _travel(state.x_node, state.y_node)
-        case Control.PUSH_LEFT:
-            return _travel(*_side_point(state, SIDE))
-        case Control.PUSH_RIGHT:
-            return _travel(*_side_point(state, -SIDE))
-        case Control.ANGLE_GOAL:
-            return _rotate(state.x_node, state.y_node)
+    return _LAWS[control](state)
 
 
 def _rotate(x: float, y: float) -> WheelSpeeds:
     """Paper Eq. 5: turn towards a point. Saturated behind the robot, where the plain sine stalls."""
     bearing = math.atan2(y, x)
-    turn = math.sin(bearing) if abs(bearing) <= math.pi / 2 else math.copysign(1.0, bearing)
+    turn = math.sin(bearing) if abs(bearing) <= _QUARTER_TURN else math.copysign(1.0, bearing)
     return WheelSpeeds(-GAIN_ROTATE * turn, GAIN_ROTATE * turn)
 
 
 def _travel(x: float, y: float, gain: float = GAIN_TRAVEL) -> WheelSpeeds:
     """Paper Eq. 6: drive to a point; backwards to points behind the robot."""
     bearing = math.atan2(y, x)
-    left = gain * wrap(math.pi / 2 - bearing)
-    right = gain * wrap(math.pi / 2 + bearing)
+    left, right = gain * wrap(_QUARTER_TURN - bearing), gain * wrap(_QUARTER_TURN + bearing)
     fastest = max(abs(left), abs(right))
-    if fastest > MAX_WHEEL_SPEED:
-        left, right = left * MAX_WHEEL_SPEED / fastest, right * MAX_WHEEL_SPEED / fastest
+    if fastest > _FASTEST:
+        left, right = left * _FASTEST / fastest, right * _FASTEST / fastest
     return WheelSpeeds(left, right)
 
 
@@ -91,9 +77,21 @@ def _align(state: State) -> WheelSpeeds:
     return _travel(x, y, GAIN_ALIGN * min(1.0, math.hypot(x, y)))
 
 
-def _side_point(state: State, side: float) -> tuple[float, float]:
-    """Point L (`side` positive) or R: beside the box, across its heading."""
-    return (
+def _beside(state: State, side: float) -> WheelSpeeds:
+    """Drive to point L (`side` positive) or R: beside the box, across its heading."""
+    return _travel(
         state.x_box - side * math.sin(state.yaw_box),
         state.y_box + side * math.cos(state.yaw_box),
     )
+
+
+_LAWS: dict[Control, Callable[[State], WheelSpeeds]] = {
+    Control.BACK: lambda state: WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL),
+    Control.APPROACH: lambda state: _travel(state.x_box, state.y_box),
+    Control.ANGLE_BOX: lambda state: _rotate(state.x_box, state.y_box),
+    Control.ALIGN: _align,
+    Control.PUSH_IN: lambda state: _travel(state.x_node, state.y_node),
+    Control.PUSH_LEFT: lambda state: _beside(state, SIDE),
+    Control.PUSH_RIGHT: lambda state: _beside(state, -SIDE),
+    Control.ANGLE_GOAL: lambda state: _rotate(state.x_node, state.y_node),
+}

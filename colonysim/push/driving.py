@@ -31,7 +31,10 @@ _TOUCH = 0.12
 BACK_OFF = 0.35
 """Metres that a robot backs off from a box before it turns."""
 _STALL_SECONDS = 3.0
-_HALF_TURN, _FULL_TURN = math.pi, 2.0 * math.pi
+_CLOSE = 0.12
+"""A waypoint before the last counts as reached this close by, metres."""
+_ASIDE = math.pi / 3
+_IN_THE_WAY = ROBOT_CLEARANCE - 0.06
 
 
 class Pilot:
@@ -153,43 +156,20 @@ class Pilot:
             blocked: Asked a few times a second with a point ahead; True ends the part with `"blocked"`.
             arrived: Asked every tick; True ends the part early, as done.
         """
-        # Most ticks of a colony are spent here, hence no property, no `wrap` and no `min` of two in the loop.
-        scene, robot, course = self.scene, self.robot, self.scene.course
-        for k, (x, y) in enumerate(path):
-            last = k == len(path) - 1
-            near = tolerance if last else 0.12
-            turning = True
-            best, since = math.inf, scene.time
+        scene, last = self.scene, len(path) - 1
+        for k, place in enumerate(path):
+            waypoint = _Waypoint(scene, self.robot, place, tolerance if k == last else _CLOSE, speed, k == last)
             while True:
                 if arrived is not None and arrived():
                     return "done"
-                here_x, here_y, yaw = course(robot)
-                dx, dy = x - here_x, y - here_y
-                distance = hypot(dx, dy)
-                error = (atan2(dy, dx) - yaw + _HALF_TURN) % _FULL_TURN - _HALF_TURN
-                if distance <= near or (distance < 2 * near and abs(error) > math.pi / 3):
+                if waypoint.reached():
                     break
-                turning = abs(error) > (_TURN_STOP if turning else _TURN_START)
-                # Turning on the spot does not bring it closer, so only driving counts as stalling.
-                if turning or distance < best - 0.02:
-                    best, since = min(best, distance), scene.time
-                elif scene.time - since > _STALL_SECONDS:
+                if waypoint.stalled():
                     return "stuck"
-                if blocked is not None and scene.ticks % _GUARD_TICKS == 0:
-                    ahead = min(1.0, _LOOK_AHEAD / distance)
-                    if blocked((here_x + ahead * dx, here_y + ahead * dy)):
-                        return "blocked"
-                if turning:
-                    rate = max(0.2, min(_TURN_RATE, 4.0 * abs(error)))
-                    self.note("rotate")
-                    yield wheel_speeds(0.0, math.copysign(rate, error))
-                else:
-                    slowing, turn = 2.0 * distance + 0.05, 4.0 * error
-                    self.note("travel")
-                    yield wheel_speeds(
-                        slowing if last and slowing < speed else speed,
-                        turn if -_CURVE < turn < _CURVE else math.copysign(_CURVE, turn),
-                    )
+                if blocked is not None and scene.ticks % _GUARD_TICKS == 0 and blocked(waypoint.ahead()):
+                    return "blocked"
+                self.note(waypoint.control())
+                yield waypoint.speeds()
                 if fault := self.fault():
                     return fault
         return "done"
@@ -232,19 +212,74 @@ class Pilot:
 
         def blocked(ahead: Point) -> bool:
             scene = self.scene
-            here = scene.course(self.robot)
+            x, y, _ = scene.course(self.robot)
             for i in scene.present_robots():
-                other = scene.course(i)
-                there = math.dist(ahead, other[:2])
-                if (
-                    there < ROBOT_CLEARANCE - 0.06
-                    and there < math.dist(here[:2], other[:2])
-                    and i in obstacles().robots
-                ):
+                u, v, _ = scene.course(i)
+                there = hypot(u - ahead[0], v - ahead[1])
+                if there < _IN_THE_WAY and there < hypot(u - x, v - y) and i in obstacles().robots:
                     return True
             return False
 
         return blocked
+
+
+class _Waypoint:
+    """A place that a robot drives to: on the spot it turns towards it, then drives there and corrects its heading.
+
+    Most ticks of a colony are spent here; compiled, it is plain numbers (`driving.pxd`).
+
+    Args:
+        scene: The scene.
+        robot: Index of the robot.
+        place: The waypoint, metres.
+        near: How close is close enough, metres.
+        speed: Metres per second.
+        last: Whether the robot slows down towards it.
+    """
+
+    def __init__(self, scene: Scene, robot: int, place: Point, near: float, speed: float, last: bool) -> None:
+        self._scene, self._robot = scene, robot
+        self._x, self._y = place
+        self._near, self._speed, self._last = near, speed, last
+        self._turning = True
+        self._best, self._since = math.inf, scene.time
+
+    def reached(self) -> bool:
+        """Looks where the robot is; whether it is there, or has just passed."""
+        x, y, yaw = self._scene.course(self._robot)
+        dx, dy = self._x - x, self._y - y
+        distance, error = hypot(dx, dy), wrap(atan2(dy, dx) - yaw)
+        self._here_x, self._here_y, self._distance, self._error = x, y, distance, error
+        self._turning = abs(error) > (_TURN_STOP if self._turning else _TURN_START)
+        return distance <= self._near or (distance < 2 * self._near and abs(error) > _ASIDE)
+
+    def stalled(self) -> bool:
+        """Whether the robot has come no closer for a while though it drives."""
+        distance, now = self._distance, self._scene.time
+        # Turning on the spot does not bring it closer, so only driving counts as stalling.
+        if self._turning or distance < self._best - 0.02:
+            self._best, self._since = min(self._best, distance), now
+            return False
+        return now - self._since > _STALL_SECONDS
+
+    def ahead(self) -> Point:
+        """A point on the way, .9 m ahead or the waypoint itself."""
+        share, x, y = min(1.0, _LOOK_AHEAD / self._distance), self._here_x, self._here_y
+        return x + share * (self._x - x), y + share * (self._y - y)
+
+    def control(self) -> str:
+        """What the robot does now."""
+        return "rotate" if self._turning else "travel"
+
+    def speeds(self) -> WheelSpeeds:
+        """The wheel speeds for that."""
+        error, forward = self._error, 0.0
+        if self._turning:
+            turn = max(0.2, min(_TURN_RATE, 4.0 * abs(error)))
+        else:
+            turn = min(_CURVE, 4.0 * abs(error))
+            forward = min(self._speed, 2.0 * self._distance + 0.05) if self._last else self._speed
+        return wheel_speeds(forward, turn if error >= 0.0 else -turn)
 
 
 def in_frame(pose: Pose, x: float, y: float) -> Point:

@@ -130,9 +130,9 @@ def _places(
         for distance in _DISTANCES
         for angle in (part.line + 2 * math.pi * k / _BEARINGS for k in range(_BEARINGS))
     ]
-    slacks = FreeSpace(scene, around).at(*((x, y) for x, y, _ in points))
-    for (x, y, angle), slack in zip(points, slacks, strict=True):
-        if slack >= 0.0:
+    space = FreeSpace(scene, around)
+    for x, y, angle in points:
+        if space.slack(x, y) >= 0.0:
             yield gate(observe(Pose(x, y, pose.z, 0.0, 0.0, angle), at, part)), (x, y)
 
 

@@ -78,8 +78,11 @@ def rl_push(
     try:
         while not reason:
             control = choose(state)
+            name = control.name.lower()
             for tick in range(1, ticks + 1):
-                fault = yield from pilot.hold(control.name.lower(), control_speeds(control, state), "network")
+                pilot.note(name, "network")
+                yield control_speeds(control, state)
+                fault = pilot.fault()
                 spent += 1
                 state = _look(scene, robot, task)
                 if fault:
@@ -220,10 +223,11 @@ def _network_part(pilot: Pilot, task: PushTask, choose: Choose, settings: Staged
     started_at = state.cross_track
     for _ in range(STEP_LIMIT[task.kind] * STEP_TICKS // settings.ticks):
         control = choose(state)
-        reason = ""
+        name, reason = control.name.lower(), ""
         for tick in range(1, settings.ticks + 1):
-            fault = yield from pilot.hold(control.name.lower(), control_speeds(control, state), "network")
-            if fault:
+            pilot.note(name, "network")
+            yield control_speeds(control, state)
+            if fault := pilot.fault():
                 return fault
             state = _look(scene, robot, task)
             if tick % CHECK_EVERY == 0 or tick == settings.ticks:

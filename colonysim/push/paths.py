@@ -7,17 +7,15 @@ nearest obstacle; negative slack is a place where it must not be.
 import heapq
 import itertools
 import math
+from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from math import sqrt
 
 from colonysim.physics.scene import Scene
-from colonysim.physics.terrain import Terrain
+from colonysim.push.footing import COMFORT, footing_on
 
 Point = tuple[float, float]
-Array = NDArray[np.float64]
 
 ROBOT_RADIUS = 0.47
 """A robot that turns on the spot sweeps this disc, metres."""
@@ -26,23 +24,12 @@ BOX_CLEARANCE = ROBOT_RADIUS + 0.03
 PIT_CLEARANCE = 0.40
 """Least distance of a robot's centre from a pit's edges: its wheels stay on the ground, metres."""
 ROBOT_CLEARANCE = 2 * ROBOT_RADIUS
-BORDER_CLEARANCE = 0.40
-"""Least distance of a robot's centre from the ground's border, metres."""
 
 _CELL = 0.12
 _WINDOW = 3.0
-_COMFORT = 0.15
-_AMPLE = 1.0
 _ESCAPE = 0.8
-_STEEPEST = 0.3
-_STEP = 0.005
-"""Together with the steepest slope over .1 m: a step of .035 m is passed over, one of .04 m stops the wheels."""
-# At the ground's border and at cliffs: eight looks at each of several distances, the last of them further than needed.
-_REACHES = np.array([0.1, 0.2, 0.3, BORDER_CLEARANCE, BORDER_CLEARANCE + _COMFORT]).reshape(-1, 1, 1)
-_ANGLES = np.arange(8).reshape(-1, 1) * (math.pi / 4)
-_LOOKS_X, _LOOKS_Y = _REACHES * np.cos(_ANGLES), _REACHES * np.sin(_ANGLES)
-_LOOKS_RISE = _STEEPEST * _REACHES + 0.02
-_LOOKS_STEP = _STEEPEST * np.diff(_REACHES, axis=0, prepend=0.0) + _STEP
+# Rows of the arrays below.
+_SQUARE, _DISC = 6, 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,43 +72,52 @@ class FreeSpace:
     """
 
     def __init__(self, scene: Scene, around: Surroundings) -> None:
-        self._terrain = scene.terrain
-        squares: list[tuple[float, ...]] = []
+        self._footing = footing_on(scene.terrain)
+        squares: list[float] = []
         for i in around.boxes:
-            box = scene.box(i)
-            c, s = math.cos(box.yaw), math.sin(box.yaw)
-            squares.append((box.x, box.y, c, s, scene.boxes[i].length / 2, BOX_CLEARANCE))
+            box, half = scene.box(i), scene.boxes[i].length / 2
+            squares += (box.x, box.y, math.cos(box.yaw), math.sin(box.yaw), half, BOX_CLEARANCE)
         for i in around.open_pits:
             pit = scene.terrain.pits[i]
-            squares.append((pit.x, pit.y, math.cos(pit.yaw), math.sin(pit.yaw), pit.side / 2, PIT_CLEARANCE))
-        others = [scene.robot(i) for i in around.robots]
-        discs = [(other.x, other.y, ROBOT_CLEARANCE) for other in others]
-        # One row for each obstacle, so that all are looked at in one go: most questions are about few places.
-        self._squares = np.array(squares).reshape(-1, 6, 1).transpose(1, 0, 2)
-        self._discs = np.array([*discs, *around.discs]).reshape(-1, 3, 1).transpose(1, 0, 2)
+            squares += (pit.x, pit.y, math.cos(pit.yaw), math.sin(pit.yaw), pit.side / 2, PIT_CLEARANCE)
+        discs: list[float] = []
+        for i in around.robots:
+            discs += (*scene.course(i)[:2], ROBOT_CLEARANCE)
+        for disc in around.discs:
+            discs += disc
+        self._squares, self._discs = array("d", squares), array("d", discs)
+        self._square_count, self._disc_count = len(squares) // _SQUARE, len(discs) // _DISC
 
-    def slack(self, x: Array, y: Array) -> Array:
-        """Slack at many places, metres; arrays of one shape in and out."""
-        shape, x, y = x.shape, x.ravel(), y.ravel()
-        least = _border_slack(self._terrain, x, y)
-        if self._squares.shape[1]:
-            cx, cy, c, s, half, clearance = self._squares
-            u = np.maximum(np.abs(c * (x - cx) + s * (y - cy)) - half, 0.0)
-            v = np.maximum(np.abs(-s * (x - cx) + c * (y - cy)) - half, 0.0)
-            least = np.minimum(least, (np.sqrt(u * u + v * v) - clearance).min(axis=0))
-        if self._discs.shape[1]:
-            cx, cy, clearance = self._discs
-            least = np.minimum(least, (np.sqrt((x - cx) ** 2 + (y - cy) ** 2) - clearance).min(axis=0))
-        return least.reshape(shape)
+    def slack(self, x: float, y: float) -> float:
+        """Slack at one place, metres."""
+        squares, discs = self._squares, self._discs
+        least = self._footing.slack(x, y)
+        for k in range(self._square_count):
+            i = _SQUARE * k
+            dx, dy, c, s = x - squares[i], y - squares[i + 1], squares[i + 2], squares[i + 3]
+            half, clearance = squares[i + 4], squares[i + 5]
+            u, v = max(0.0, abs(c * dx + s * dy) - half), max(0.0, abs(-s * dx + c * dy) - half)
+            # Most obstacles are too far away to matter, which needs no root to be seen.
+            if u - clearance < least and v - clearance < least:
+                least = min(least, sqrt(u * u + v * v) - clearance)
+        for k in range(self._disc_count):
+            i = _DISC * k
+            dx, dy, clearance = x - discs[i], y - discs[i + 1], discs[i + 2]
+            if abs(dx) - clearance < least and abs(dy) - clearance < least:
+                least = min(least, sqrt(dx * dx + dy * dy) - clearance)
+        return least
 
-    def at(self, *places: Point) -> list[float]:
-        """Slack at single places, metres."""
-        x, y = np.array(places).T
-        return [float(slack) for slack in self.slack(x, y)]
-
-    def along(self, start: Point, end: Point) -> float:
-        """Least slack on a straight way, metres."""
-        return float(self.slack(*_samples(start, end)).min())
+    def clear(self, start: Point, end: Point, least: float) -> bool:
+        """Whether the slack is at least `least` all along a straight way, both its ends included."""
+        x0, y0 = start
+        x1, y1 = end
+        parts = max(1, math.ceil(math.dist(start, end) / (_CELL / 2)))
+        part = 1.0 / parts
+        for k in range(parts):
+            share = k * part
+            if self.slack(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) < least:
+                return False
+        return self.slack(x1, y1) >= least
 
     def path(self, start: Point, goal: Point) -> list[Point] | None:
         """Waypoints of a way from start to goal, the goal last; None when there is none.
@@ -129,11 +125,10 @@ class FreeSpace:
         A robot that starts where it must not be may leave, as long as it gets no closer to what it is too
         close to.
         """
-        slack = self.slack(*_samples(start, goal))
-        at_start, at_goal = float(slack[0]), float(slack[-1])
+        at_goal = self.slack(*goal)
         if at_goal < 0.0:
             return None
-        if slack.min() >= min(_COMFORT / 2, at_start, at_goal):
+        if self.clear(start, goal, min(COMFORT / 2, self.slack(*start), at_goal)):
             return [goal]
         grid = _search(self, start, goal)
         return None if grid is None else self._straighten([start, *grid, goal])
@@ -141,28 +136,19 @@ class FreeSpace:
     def _straighten(self, points: list[Point]) -> list[Point]:
         """Leave out the waypoints that a straight line can do without."""
         points = _bends(points)
-        slack = self.slack(np.array([p[0] for p in points]), np.array([p[1] for p in points]))
+        slack = [self.slack(*point) for point in points]
         kept: list[Point] = []
         here = 0
         while here < len(points) - 1:
             ahead = len(points) - 1
             while ahead > here + 1:
-                worst = float(slack[here : ahead + 1].min())
-                if self.along(points[here], points[ahead]) >= min(worst, _COMFORT / 2) - 0.01:
+                worst = min(slack[here : ahead + 1])
+                if self.clear(points[here], points[ahead], min(worst, COMFORT / 2) - 0.01):
                     break
                 ahead -= 1
             kept.append(points[ahead])
             here = ahead
         return kept
-
-
-def _samples(start: Point, end: Point) -> tuple[Array, Array]:
-    """Places on a straight way, both ends included."""
-    count = max(2, math.ceil(math.dist(start, end) / (_CELL / 2)) + 1)
-    share = np.linspace(0.0, 1.0, count)
-    x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
-    x[-1], y[-1] = end
-    return x, y
 
 
 def _bends(points: list[Point]) -> list[Point]:
@@ -175,94 +161,56 @@ def _bends(points: list[Point]) -> list[Point]:
     return [*kept, points[-1]]
 
 
-def surface(terrain: Terrain, x: Array, y: Array) -> Array:
-    """Height of the ground at many places as if all pits were filled; minus infinity off the ground."""
-    top = np.full(x.shape, -np.inf)
-    for g in terrain.grounds:
-        inside = (x >= g.xmin) & (x <= g.xmax) & (y >= g.ymin) & (y <= g.ymax)
-        np.maximum(top, g.z, out=top, where=inside)
-    for ramp in terrain.ramps:
-        yaw = ramp.yaw
-        c, s = math.cos(yaw), math.sin(yaw)
-        along = c * (x - ramp.x0) + s * (y - ramp.y0)
-        across = -s * (x - ramp.x0) + c * (y - ramp.y0)
-        inside = (np.abs(across) <= ramp.half_width) & (along >= -ramp.landing)
-        inside &= along <= ramp.length + ramp.landing
-        height = ramp.z0 + np.clip(along / ramp.length, 0.0, 1.0) * (ramp.z1 - ramp.z0)
-        np.maximum(top, height, out=top, where=inside)
-    return top
+class _Grid:
+    """What it costs to be in the cells around a start and a goal, worked out where the search comes by.
 
+    Args:
+        space: The room there is.
+        start: Where the way begins.
+        goal: Where it ends.
+    """
 
-def _border_slack(terrain: Terrain, x: Array, y: Array) -> Array:
-    """Slack towards the ground's border and towards cliffs, in coarse grades."""
-    slack = np.full(x.shape, _AMPLE)
-    edgy = ~_amid(terrain, x, y)
-    if edgy.any():
-        slack[edgy] = _edge_slack(terrain, x[edgy], y[edgy])
-    return slack
+    def __init__(self, space: FreeSpace, start: Point, goal: Point) -> None:
+        self._space = space
+        self._start_x, self._start_y = start
+        self.xmin = min(start[0], goal[0]) - _WINDOW
+        self.ymin = min(start[1], goal[1]) - _WINDOW
+        self.columns = int((max(start[0], goal[0]) + _WINDOW - self.xmin) / _CELL) + 1
+        self.rows = int((max(start[1], goal[1]) + _WINDOW - self.ymin) / _CELL) + 1
+        self.first, self.last = self._cell(start), self._cell(goal)
+        self._at_start = space.slack(*start)
+        self._prices: dict[tuple[int, int], float] = {self.first: 1.0, self.last: 1.0}
 
+    def _cell(self, point: Point) -> tuple[int, int]:
+        return round((point[0] - self.xmin) / _CELL), round((point[1] - self.ymin) / _CELL)
 
-def _amid(terrain: Terrain, x: Array, y: Array) -> NDArray[np.bool_]:
-    """Where the ground is the same level rectangle as far as `_edge_slack` would look: there is ample room."""
-    reach = BORDER_CLEARANCE + _COMFORT + 0.01
-    amid = np.zeros(x.shape, dtype=bool)
-    for g in terrain.grounds:
-        inside = (x >= g.xmin + reach) & (x <= g.xmax - reach) & (y >= g.ymin + reach) & (y <= g.ymax - reach)
-        for other in terrain.grounds:
-            if other.z > g.z:
-                inside &= ~_within(x, y, other.xmin, other.ymin, other.xmax, other.ymax, reach)
-        amid |= inside
-    for ramp in terrain.ramps:
-        # The square around the strip and its landings, whichever way it points.
-        half = math.hypot(ramp.length / 2 + ramp.landing, ramp.half_width)
-        cx, cy = (ramp.x0 + ramp.x1) / 2, (ramp.y0 + ramp.y1) / 2
-        amid &= ~_within(x, y, cx - half, cy - half, cx + half, cy + half, reach)
-    return amid
+    def place(self, cell: tuple[int, int]) -> Point:
+        """The middle of a cell."""
+        return self.xmin + _CELL * cell[0], self.ymin + _CELL * cell[1]
 
+    def price(self, cell: tuple[int, int]) -> float:
+        """Cost of a cell's width: more where there is little slack, infinite where a robot must not be."""
+        price = self._prices.get(cell)
+        if price is None:
+            x, y = self.place(cell)
+            price = self._prices[cell] = self._worked_out(x, y)
+        return price
 
-def _within(x: Array, y: Array, xmin: float, ymin: float, xmax: float, ymax: float, margin: float) -> NDArray[np.bool_]:
-    return (x >= xmin - margin) & (x <= xmax + margin) & (y >= ymin - margin) & (y <= ymax + margin)
-
-
-def _edge_slack(terrain: Terrain, x: Array, y: Array) -> Array:
-    here = surface(terrain, x, y)
-    ground = np.isfinite(here)
-    slack = np.where(ground, _AMPLE, -BORDER_CLEARANCE)
-    if not ground.all():
-        if ground.any():
-            slack[ground] = _edge_slack(terrain, x[ground], y[ground])
-        return slack
-    # All looks in one go: most calls are about few places.
-    there = surface(terrain, x + _LOOKS_X, y + _LOOKS_Y)
-    # Neither a cliff nor, on the way there, a step that stops the wheels.
-    with np.errstate(invalid="ignore"):
-        steps = np.abs(np.diff(there, axis=0, prepend=np.broadcast_to(here, (1, *there.shape[1:]))))
-    sound = (np.abs(there - here) <= _LOOKS_RISE) & (steps <= _LOOKS_STEP)
-    slack[~sound.all(axis=(0, 1))] = 0.0
-    slack[~sound[:-1].all(axis=(0, 1))] = -_COMFORT
-    return slack
+    def _worked_out(self, x: float, y: float) -> float:
+        slack = self._space.slack(x, y)
+        if slack < 0.0:
+            dx, dy = x - self._start_x, y - self._start_y
+            leaving = self._at_start < 0.0 and dx * dx + dy * dy < _ESCAPE**2 and slack >= self._at_start - 0.02
+            if not leaving:
+                return math.inf
+            slack = 0.0
+        return 1.0 + 3.0 * max(0.0, min(1.0, 1.0 - slack / COMFORT))
 
 
 def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | None:
     """A* over a grid that is laid around start and goal; places with little slack cost more."""
-    xmin = min(start[0], goal[0]) - _WINDOW
-    ymin = min(start[1], goal[1]) - _WINDOW
-    columns = int((max(start[0], goal[0]) + _WINDOW - xmin) / _CELL) + 1
-    rows = int((max(start[1], goal[1]) + _WINDOW - ymin) / _CELL) + 1
-    x, y = np.meshgrid(xmin + _CELL * np.arange(columns), ymin + _CELL * np.arange(rows), indexing="ij")
-    slack = space.slack(x, y)
-    [at_start] = space.at(start)
-    if at_start < 0.0:
-        near = (x - start[0]) ** 2 + (y - start[1]) ** 2 < _ESCAPE**2
-        slack = np.where(near & (slack >= at_start - 0.02), np.maximum(slack, 0.0), slack)
-    price = np.where(slack >= 0.0, 1.0 + 3.0 * np.clip(1.0 - slack / _COMFORT, 0.0, 1.0), np.inf)
-
-    def cell(point: Point) -> tuple[int, int]:
-        return round((point[0] - xmin) / _CELL), round((point[1] - ymin) / _CELL)
-
-    first, last = cell(start), cell(goal)
-    price[first] = price[last] = 1.0
-    prices = price.tolist()
+    grid = _Grid(space, start, goal)
+    first, last = grid.first, grid.last
     steps = [(dx, dy, math.hypot(dx, dy)) for dx, dy in itertools.product((-1, 0, 1), repeat=2) if (dx, dy) != (0, 0)]
     cost = {first: 0.0}
     came: dict[tuple[int, int], tuple[int, int]] = {}
@@ -275,14 +223,12 @@ def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | No
         if here in done:
             continue
         done.add(here)
-        i, j = here
         spent = cost[here]
         for dx, dy, length in steps:
-            x_there, y_there = i + dx, j + dy
-            if not (0 <= x_there < columns and 0 <= y_there < rows):
+            there = (here[0] + dx, here[1] + dy)
+            if not (0 <= there[0] < grid.columns and 0 <= there[1] < grid.rows):
                 continue
-            reached = spent + length * prices[x_there][y_there]
-            there = (x_there, y_there)
+            reached = spent + length * grid.price(there)
             if reached < cost.get(there, math.inf):
                 cost[there] = reached
                 came[there] = here
@@ -292,6 +238,6 @@ def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | No
     points: list[Point] = []
     here = came[last]
     while here != first:
-        points.append((xmin + _CELL * here[0], ymin + _CELL * here[1]))
+        points.append(grid.place(here))
         here = came[here]
     return points[::-1]

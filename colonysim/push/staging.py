@@ -1,18 +1,18 @@
 """Where to stand behind a box, how a push is split into straight legs, and getting to the staging pose."""
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
-
-import numpy as np
 
 from colonysim.physics.robot import BUMPER
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import Pose, wrap
 from colonysim.physics.terrain import Pit
 from colonysim.push.driving import STAGING_SPEED, Part, Pilot, in_frame
-from colonysim.push.paths import PIT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings, surface
+from colonysim.push.footing import footing_on
+from colonysim.push.paths import PIT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings
 from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
 MAX_MISMATCH = 0.4
@@ -197,7 +197,7 @@ def _with_margin(scene: Scene, box: int, task: PushTask, legs: tuple[Leg, ...], 
     corridor = FreeSpace(scene, Surroundings(others.robots, others.boxes, pits))
     margin, reason = math.inf, "ok"
     for leg in legs:
-        staged = max(space.at(*staging_points(scene, box, leg.start, leg.heading)))
+        staged = max(space.slack(x, y) for x, y in staging_points(scene, box, leg.start, leg.heading))
         if staged < margin:
             margin, reason = staged, "ok" if staged >= 0.0 else "no staging pose"
         swept = _corridor_slack(scene, box, leg, corridor)
@@ -208,22 +208,22 @@ def _with_margin(scene: Scene, box: int, task: PushTask, legs: tuple[Leg, ...], 
 
 def _corridor_slack(scene: Scene, box: int, leg: Leg, space: FreeSpace) -> float:
     """Slack of the box's centre line: the robot's own, and no step in the ground under the box."""
-    count = max(2, math.ceil(leg.length / 0.1) + 1)
-    share = np.linspace(0.0, 1.0, count)
-    x = leg.start[0] + share * (leg.goal[0] - leg.start[0])
-    y = leg.start[1] + share * (leg.goal[1] - leg.start[1])
-    # The box's own half is wider than the robot's disc by little; at its ends it may overhang nodes.
-    half = scene.boxes[box].length / 2
-    slack = float(space.slack(x, y).min()) - (half - PIT_CLEARANCE)
-    # Neither a step in its middle, nor one that a corner of the box would run against.
-    c, s = math.cos(leg.heading), math.sin(leg.heading)
-    aside = np.array([[0.0], [half], [-half]])
-    heights = surface(scene.terrain, x - aside * s, y + aside * c)
-    with np.errstate(invalid="ignore"):
-        steps = np.diff(heights, axis=1)
-    if not np.isfinite(heights[0]).all() or float(np.abs(steps[0]).max()) > _STEP:
+    (x0, y0), (x1, y1) = leg.start, leg.goal
+    parts = max(1, math.ceil(leg.length / 0.1))
+    shares = [*(k * (1.0 / parts) for k in range(parts)), 1.0]
+    places = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in shares]
+    half, footing = scene.boxes[box].length / 2, footing_on(scene.terrain)
+    middle = [footing.height(x, y) for x, y in places]
+    if not all(map(math.isfinite, middle)) or any(abs(b - a) > _STEP for a, b in itertools.pairwise(middle)):
         return -half
-    return -half if float(np.nan_to_num(steps[1:]).max()) > _STEP else slack
+    # Nor a step up that a corner of the box would run against.
+    c, s = math.cos(leg.heading), math.sin(leg.heading)
+    for aside in (half, -half):
+        side = [footing.height(x - aside * s, y + aside * c) for x, y in places]
+        if any(b - a > _STEP for a, b in itertools.pairwise(side)):
+            return -half
+    # The box's own half is wider than the robot's disc by little; at its ends it may overhang nodes.
+    return min(space.slack(x, y) for x, y in places) - (half - PIT_CLEARANCE)
 
 
 def stage_part(

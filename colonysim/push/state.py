@@ -1,12 +1,14 @@
 """What a pushing robot knows: the nine numbers of paper Eq. 4, and features made from nothing else."""
 
 import math
+from collections.abc import Sequence
+from math import atan2, cos, hypot, sin
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from colonysim.physics import Pose, wrap
+from colonysim.physics.shapes import Pose, wrap
 from colonysim.push.task import PushTask
 
 __all__ = ["FEATURES", "PIT_DEPTH", "State", "features", "fold", "observe"]
@@ -17,6 +19,7 @@ PIT_DEPTH = 0.25
 network was trained with pits one box deep, and only the topmost free place of a deeper one matters."""
 HOLD = 0.3
 """Closer to the goal than this, metres, the direction from box to goal says nothing any more."""
+_QUARTER_TURN, _EIGHTH_TURN = math.pi / 2, math.pi / 4
 _make = tuple.__new__
 
 
@@ -86,29 +89,30 @@ class State(NamedTuple):
 
 def fold(angle: float) -> float:
     """An angle modulo 90 degrees, in [-pi/4, pi/4): a square box looks the same every quarter turn."""
-    return (angle + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    return (angle + _EIGHTH_TURN) % _QUARTER_TURN - _EIGHTH_TURN
 
 
 def observe(robot: Pose, box: Pose, task: PushTask) -> State:
     """The state of paper Eq. 4 for one robot, one box and one push."""
-    c, s = math.cos(robot.yaw), math.sin(robot.yaw)
-    line = task.line
-    bx, by = box.x - robot.x, box.y - robot.y
-    gx, gy = task.goal[0] - robot.x, task.goal[1] - robot.y
+    x, y, z, _, _, yaw = robot
+    goal_x, goal_y = task.goal
+    c, s, line = cos(yaw), sin(yaw), task.line
+    bx, by = box.x - x, box.y - y
+    gx, gy = goal_x - x, goal_y - y
     node = task.rim - (PIT_DEPTH if task.kind == "hole" else 0.0)
-    yaw_agent = wrap(robot.yaw - line)
+    yaw_agent = wrap(yaw - line)
     # Made in every tick of a push: half the time of State(...).
     return _make(
         State,
         (
             c * bx + s * by,
             -s * bx + c * by,
-            box.z - robot.z,
+            box.z - z,
             _tilt(box, line),
             wrap(fold(box.yaw - line) - yaw_agent),
             c * gx + s * gy,
             -s * gx + c * gy,
-            node - robot.z,
+            node - z,
             yaw_agent,
         ),
     )
@@ -116,12 +120,13 @@ def observe(robot: Pose, box: Pose, task: PushTask) -> State:
 
 def _tilt(box: Pose, line: float) -> float:
     """Rise of the box's own up axis against the push line; Euler angles of a box turned 90 degrees swap."""
-    sr, cr = math.sin(box.roll), math.cos(box.roll)
-    sp, cp = math.sin(box.pitch), math.cos(box.pitch)
-    sy, cy = math.sin(box.yaw), math.cos(box.yaw)
+    _, _, _, roll, pitch, yaw = box
+    sr, cr = sin(roll), cos(roll)
+    sp, cp = sin(pitch), cos(pitch)
+    sy, cy = sin(yaw), cos(yaw)
     up_x = cy * sp * cr + sy * sr
     up_y = sy * sp * cr - cy * sr
-    return math.atan2(-(up_x * math.cos(line) + up_y * math.sin(line)), cp * cr)
+    return atan2(-(up_x * cos(line) + up_y * sin(line)), cp * cr)
 
 
 def features(states: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -133,44 +138,41 @@ def features(states: npt.ArrayLike) -> npt.NDArray[np.float32]:
     Returns:
         Shape (23,) or (n, 23).
     """
-    bx, by, bz, pitch, yw, gx, gy, gz, ps = np.asarray(states, dtype=np.float64).T
+    given = np.asarray(states, dtype=np.float64)
+    made = [_features(state) for state in given.reshape(-1, len(State._fields)).tolist()]
+    return np.array(made, dtype=np.float32).reshape(*given.shape[:-1], FEATURES)
+
+
+def _features(state: Sequence[float]) -> tuple[float, ...]:
+    bx, by, bz, pitch, yw, gx, gy, gz, ps = state
     # Direction of the push line and its left normal, seen from the robot.
-    ux, uy = np.cos(ps), -np.sin(ps)
-    reach, far = np.hypot(bx, by), np.hypot(gx, gy)
-    safe_reach, safe_far = np.maximum(reach, 1e-6), np.maximum(far, 1e-6)
+    ux, uy = cos(ps), -sin(ps)
+    reach, far = hypot(bx, by), hypot(gx, gy)
+    safe_reach, safe_far = max(reach, 1e-6), max(far, 1e-6)
     dx, dy = gx - bx, gy - by
-    distance = np.hypot(dx, dy)
-    remaining = dx * ux + dy * uy
-    cross_track = dx * uy - dy * ux
-    behind = bx * ux + by * uy
-    aside = bx * uy - by * ux
-    # One row for each feature: a single state's are plain numbers, for which `clip` and `stack` would be slow.
-    made = np.array(
-        [
-            bx,
-            by,
-            3 * bz,
-            3 * pitch,
-            2 * np.sin(yw),
-            np.cos(yw),
-            gx / 2,
-            gy / 2,
-            3 * gz,
-            reach,
-            by / safe_reach,
-            bx / safe_reach,
-            gy / safe_far,
-            gx / safe_far,
-            distance,
-            remaining,
-            np.minimum(np.maximum(5 * cross_track, -2), 2),
-            behind,
-            2 * aside,
-            3 * ((yw + ps + np.pi / 4) % (np.pi / 2) - np.pi / 4),
-            -uy,
-            ux,
-            distance < HOLD,
-        ],
-        dtype=np.float32,
+    distance, cross_track = hypot(dx, dy), dx * uy - dy * ux
+    return (
+        bx,
+        by,
+        3 * bz,
+        3 * pitch,
+        2 * sin(yw),
+        cos(yw),
+        gx / 2,
+        gy / 2,
+        3 * gz,
+        reach,
+        by / safe_reach,
+        bx / safe_reach,
+        gy / safe_far,
+        gx / safe_far,
+        distance,
+        dx * ux + dy * uy,
+        min(max(5 * cross_track, -2.0), 2.0),
+        bx * ux + by * uy,
+        2 * (bx * uy - by * ux),
+        3 * fold(yw + ps),
+        -uy,
+        ux,
+        float(distance < HOLD),
     )
-    return np.ascontiguousarray(made.T)

@@ -1,0 +1,35 @@
+# The types of scene.py when it is compiled.
+cimport cython
+from colonysim.physics.robot cimport Traction
+from colonysim.physics.shapes cimport euler
+
+
+cdef class Scene:
+    cdef readonly object terrain, _engine
+    cdef readonly tuple boxes, _present
+    cdef readonly Py_ssize_t ticks
+    cdef readonly double time
+    cdef readonly list _boxes, _tractions, _tilted
+    cdef double _bottom, _highest_rim
+    cdef dict _box_poses, _seated
+    cdef object _open_pits, _standing
+
+    cpdef drive(self, Py_ssize_t robot, double left, double right)
+
+    @cython.locals(tractions=list, traction=Traction, i=Py_ssize_t)
+    cpdef tick(self)
+
+    cpdef robot(self, Py_ssize_t i)
+    cpdef tuple course(self, Py_ssize_t i)
+    cpdef box(self, Py_ssize_t i)
+
+    @cython.locals(
+        x=double, y=double, z=double, roll=double, pitch=double, yaw=double, c=double, s=double, dip=double,
+        lowest=double, reach=double,
+    )
+    cpdef robot_fault(self, Py_ssize_t i)
+
+    cpdef box_fault(self, Py_ssize_t i)
+    cpdef tuple present_robots(self)
+    cdef _forget(self)
+    cpdef Traction _traction(self, Py_ssize_t i)
