@@ -247,7 +247,7 @@ def test_closing_twice_is_allowed_and_a_closed_backend_says_so() -> None:
 
 
 def test_poses_of_movers_come_ten_times_a_second() -> None:
-    backend, _ = started(place(FORK, boxes=[]))
+    backend, world = started(place(FORK, boxes=[]))
     try:
         first = list(backend.rows())
         assert sorted((row.row[1], row.row[2]) for row in first) == [("agent", 0), ("agent", 1)]
