@@ -10,4 +10,5 @@ cdef class _Action:
     cdef readonly bint held
     cdef Py_ssize_t look_at
 
+    @cython.locals(left=double, right=double)
     cpdef go_on(self, SceneType scene, Py_ssize_t agent, Py_ssize_t ticks)

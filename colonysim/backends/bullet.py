@@ -39,6 +39,7 @@ APPROACH = 1.55
 TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
+_make = tuple.__new__
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
@@ -70,7 +71,7 @@ class _Action:
         Raises:
             StopIteration: The manoeuvre is over; its value is the result.
         """
-        speeds = next(self.manoeuvre)
+        left, right = speeds = next(self.manoeuvre)
         if ticks >= self.look_at and (ticks + agent) % LOOK_TICKS == 0:
             others = [scene.course(i) for i in scene.present_robots() if i != agent]
             here = scene.course(agent)
@@ -79,7 +80,7 @@ class _Action:
         if self.held:
             scene.drive(agent, 0.0, 0.0)
         else:
-            scene.drive(agent, speeds[0], speeds[1])
+            scene.drive(agent, left, right)
 
 
 class Bullet:
@@ -220,11 +221,12 @@ class Bullet:
         self._ticks = ticks = ticks + 1
         if ticks % POSE_TICKS == 0:
             rows = self._rows
+            # Half the time of TraceRow(...).
             for agent, action in actions.items():
-                rows.append(TraceRow("poses", (now, "agent", agent, *scene.robot(agent))))
+                rows.append(_make(TraceRow, ("poses", (now, "agent", agent, *scene.robot(agent)))))
                 if isinstance(action.intent, Push):
                     box = action.intent.box
-                    rows.append(TraceRow("poses", (now, "box", box, *scene.box(box))))
+                    rows.append(_make(TraceRow, ("poses", (now, "box", box, *scene.box(box)))))
         return finished
 
     def cancel(self, agent: int) -> None:
