@@ -55,7 +55,7 @@ def command(
     and the end, trajectories the ways of agents (pink) and boxes (blue), episodes steps and
     success by episode. Of single pushes (`colonysim evaluate push --out`) there are
     trajectories, a panel a terrain, and samples, a panel a push; of a training (`colonysim
-    train push`) its learning curve.
+    train push`) its learning curve, of a fit (`colonysim train way`) its calibration.
     """
     from colonysim.cli.extras import need
     from colonysim.cli.numbers import read_numbers
@@ -71,7 +71,7 @@ def command(
     chosen = None if episodes is None else read_numbers(episodes)
     if is_training(path):
         if what not in (None, "learning") or episodes is not None or hole is not None or box is not None:
-            raise ColonysimError(f"{path}: a training, of which there is the learning curve only; leave the choice out")
+            raise ColonysimError(f"{path}: a training, of which there is one image only; leave the choice out")
         images = draw_training(path, out=out, kind=kind)
     else:
         images = draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)

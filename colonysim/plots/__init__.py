@@ -72,29 +72,39 @@ def draw(
 
 
 def is_training(folder: Path) -> bool:
-    """Whether a folder is one that `colonysim train push` wrote to."""
-    return (folder / "history.json").is_file()
+    """Whether a folder is one that `colonysim train push` or `colonysim train way` wrote to."""
+    return (folder / "history.json").is_file() or _is_fit(folder)
+
+
+def _is_fit(folder: Path) -> bool:
+    return (folder / "ways.jsonl").is_file()
 
 
 def draw_training(
     folder: str | Path, *, out: str | Path | None = None, kind: Literal["png", "svg", "pdf"] = "png"
 ) -> list[Path]:
-    """Draws the learning curve of a training, also of one under way, and returns the image.
+    """Draws the learning curve of a training, also of one under way, or the calibration of a fit.
 
     Args:
-        folder: What `colonysim train push` wrote.
+        folder: What `colonysim train push` or `colonysim train way` wrote.
         out: Where to put the image; by default `plots` in the folder.
         kind: File format.
+
+    Returns:
+        The image.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ColonysimError: There is nothing to draw, or the image cannot be written.
     """
     _need_matplotlib()
+    from colonysim.plots.calibration import calibration_figure
     from colonysim.plots.learning import learning_figure
 
-    path = (Path(folder) / "plots" if out is None else Path(out)) / f"learning.{kind}"
-    _save(learning_figure(Path(folder)), path, kind)
+    folder = Path(folder)
+    name, make = ("calibration", calibration_figure) if _is_fit(folder) else ("learning", learning_figure)
+    path = (folder / "plots" if out is None else Path(out)) / f"{name}.{kind}"
+    _save(make(folder), path, kind)
     return [path]
 
 

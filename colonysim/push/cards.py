@@ -64,7 +64,7 @@ def load_model(source: str | Path, kind: str) -> Model:
 
     Args:
         source: Name of a shipped model, or path of a card (`.json`) or of the arrays (`.npz`) beside it.
-        kind: What it has to be: `"q-network"` or `"forest"`.
+        kind: What it has to be: `"q-network"`, `"forest"` or `"logistic"`.
 
     Raises:
         ModelError: It is missing, damaged, of another kind, or holds a value that is no finite number.
@@ -103,7 +103,7 @@ def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -
 
     Args:
         path: The file of arrays; its folder is created.
-        kind: `"q-network"` or `"forest"`.
+        kind: `"q-network"`, `"forest"` or `"logistic"`.
         arrays: What to store.
         card: How the model was made and how well it does; JSON values only.
     """

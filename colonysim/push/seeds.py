@@ -19,6 +19,7 @@ class Purpose(IntEnum):
     TUNE = 3
     JUDGE = 4
     CLASSIFIER = 5
+    WAYS = 6
 
 
 def episode_rng(purpose: Purpose, seed: int, *index: int) -> np.random.Generator:

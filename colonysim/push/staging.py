@@ -156,7 +156,7 @@ def staging_points(scene: Scene, box: int, at: Point, heading: float, coarse: bo
     return [(at[0] - (half + gap) * c, at[1] - (half + gap) * s) for gap in (_COARSE_GAPS if coarse else _FINE_GAPS)]
 
 
-def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> PushPlan:
+def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings, at: Pose | None = None) -> PushPlan:
     """Whether a push is feasible geometrically, with its margin.
 
     Looks at the staging pose of every leg and at the corridor that box and robot sweep. Whether the robot
@@ -168,14 +168,16 @@ def plan_push(scene: Scene, box: int, task: PushTask, around: Surroundings) -> P
         box: Index of the box.
         task: The push; its start does not matter, the box's own place does.
         around: What to stay away from; the box itself is left out if it is among it.
+        at: Where to imagine the box, instead of where it is.
     """
-    plans = [_with_margin(scene, box, task, legs, around) for legs in _ways_to_split(scene, box, task)]
+    here = at or scene.box(box)
+    plans = [_with_margin(scene, box, task, legs, around) for legs in _ways_to_split(scene, here, task)]
     return next((plan for plan in plans if plan.margin >= 0.0), max(plans, key=lambda plan: plan.margin))
 
 
 def first_legs(scene: Scene, task: PushTask, around: Surroundings) -> list[Leg]:
     """How a push may begin from where its box is now, the best first; robots move on and are not looked at."""
-    ways = _ways_to_split(scene, task.box, task)
+    ways = _ways_to_split(scene, scene.box(task.box), task)
     if len(ways) > 1:
         still = replace(around, robots=())
         # Sorting keeps the order of the splits among those that can be staged, and among those that cannot.
@@ -183,11 +185,11 @@ def first_legs(scene: Scene, task: PushTask, around: Surroundings) -> list[Leg]:
     return [legs[0] for legs in ways]
 
 
-def _ways_to_split(scene: Scene, box: int, task: PushTask) -> list[tuple[Leg, ...]]:
-    """The legs of a push, for each way to split it that differs."""
+def _ways_to_split(scene: Scene, box: Pose, task: PushTask) -> list[tuple[Leg, ...]]:
+    """The legs of a push from where a box is or would be, for each way to split it that differs."""
     pit = None if task.pit is None else scene.terrain.pits[task.pit]
     splits: tuple[Split, ...] = ("smaller first", "larger first", "none")
-    return list(dict.fromkeys(legs_for(scene.box(box), task, pit, split) for split in splits))
+    return list(dict.fromkeys(legs_for(box, task, pit, split) for split in splits))
 
 
 def _with_margin(scene: Scene, box: int, task: PushTask, legs: tuple[Leg, ...], around: Surroundings) -> PushPlan:
@@ -303,9 +305,20 @@ def coarsely_staged(pilot: Pilot, box: int, heading: float, any_heading: bool = 
 
 def in_place(pilot: Pilot, box: int, heading: float) -> bool:
     """Whether a robot already stands at the box's face and can push on without staging."""
-    pose, at = pilot.pose, pilot.scene.box(box)
+    return at_face(pilot.pose, pilot.scene.box(box), pilot.scene.boxes[box].length, heading)
+
+
+def at_face(pose: Pose, at: Pose, length: float, heading: float) -> bool:
+    """Whether a robot at `pose` touches the face of a box from which it is pushed along a heading (radians).
+
+    Args:
+        pose: The robot.
+        at: The box.
+        length: Of the box's sides, metres.
+        heading: Direction of the push, radians.
+    """
     ahead, aside = in_frame(pose, at.x, at.y)
-    contact = pilot.scene.boxes[box].length / 2 + BUMPER
+    contact = length / 2 + BUMPER
     return (
         abs(wrap(pose.yaw - heading)) < 0.25
         and abs(face_for(at, heading).mismatch) < MAX_MISMATCH

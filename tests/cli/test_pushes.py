@@ -13,6 +13,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from colonysim.cli import app
+from colonysim.push.foresight import Features
+from colonysim.push.way import load_way_chance
 from colonysim.trace.reader import Run
 
 pytest.importorskip("pybullet")
@@ -135,6 +137,23 @@ def test_the_classifier_is_trained_from_the_command_line(tmp_path: Path) -> None
     assert done.exit_code == 0, done.output
     card = json.loads((tmp_path / "feasibility.json").read_text())
     assert card["results"]["states"] >= 200 and card["results"]["episodes"] > 1
+
+
+def test_the_chance_of_a_way_is_fitted_and_its_calibration_drawn_from_the_command_line(tmp_path: Path) -> None:
+    pytest.importorskip("sklearn")
+    done = colonysim("train", "way", "--ways", 20, "--seed", 90, "--out", tmp_path, "-q")
+    assert done.exit_code == 0, done.output
+    results = json.loads((tmp_path / "way.json").read_text())["results"]
+    assert results["ways"]["n"] == 20 and results["pushes"]["n"] >= 20
+    assert set(results["pushes"]["accepts"]) == {"way", "geometry", "forest"}
+    assert 0.0 < load_way_chance(tmp_path / "way.json")(Features(0.5, 0.5, 0, 0, 0, 0, 0, 1, 0, 0)) < 1.0
+    assert colonysim("plot", tmp_path).exit_code == 0
+    assert (tmp_path / "plots/calibration.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "way.json").unlink()
+    undrawn = colonysim("plot", tmp_path)
+    assert undrawn.exit_code == 2 and "not fitted yet" in undrawn.stderr
+    other = colonysim("train", "way", "--ways", 20, "--seed", 91, "--out", tmp_path, "-q")
+    assert other.exit_code == 2 and "seed and network" in other.stderr
 
 
 @pytest.mark.parametrize(

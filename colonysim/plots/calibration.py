@@ -1,0 +1,71 @@
+"""How far the chance of a push, and of a whole way, can be trusted: what was foretold against what came."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from colonysim.errors import ColonysimError
+from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+__all__ = ["calibration_figure"]
+
+_ABOUT = {"pushes": "single pushes", "ways": "whole ways, told before the first push"}
+
+
+def calibration_figure(folder: Path) -> Figure:
+    """The calibration curves of a fit, with the number of pushes or ways in each bin.
+
+    Args:
+        folder: What `colonysim train way` wrote.
+
+    Raises:
+        ColonysimError: The fit has not ended, or its card cannot be read.
+    """
+    card = folder / "way.json"
+    if not card.exists():
+        raise ColonysimError(f"{folder}: its ways are not fitted yet, so there is nothing to draw")
+    try:
+        results: dict[str, Any] = json.loads(card.read_text(encoding="utf-8"))["results"]
+        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
+        figure.suptitle(f"Calibration of the chance of a way · {results['split']}", fontsize=11, color=INK)
+        for axes, color, (part, about) in zip(figure.subplots(1, 2), (BOX, AGENT), _ABOUT.items(), strict=True):
+            _curve(axes, color, results[part], about)
+    except (OSError, ValueError, KeyError) as error:
+        raise ColonysimError(f"{card}: cannot be read: {error}") from error
+    return figure
+
+
+def _curve(axes: Axes, color: str, judged: Mapping[str, Any], about: str) -> None:
+    curve = judged["curve"]
+    told, came = [part["chance"] for part in curve], [part["success"] for part in curve]
+    axes.plot((0.0, 1.0), (0.0, 1.0), color=QUIET, linewidth=1.0)
+    spread = (
+        [part["success"] - part["success_low"] for part in curve],
+        [part["success_high"] - part["success"] for part in curve],
+    )
+    axes.errorbar(told, came, yerr=spread, color=color, marker="o", markersize=4, linewidth=1.2, capsize=2)
+    for part in curve:
+        below = part["chance"] > 0.5
+        axes.annotate(
+            str(part["n"]), (part["chance"], part["success"]), xytext=(5 if not below else -5, 7 if not below else -12),
+            textcoords="offset points", fontsize=7, color=INK, ha="left" if not below else "right",
+        )  # fmt: skip
+    axes.set_title(f"{about}\n{judged['n']}, Brier score {judged['brier']:.3f}", fontsize=9)
+    axes.set_xlabel("chance that was foretold (mean of a bin)", fontsize=8)
+    axes.set_ylabel("share that succeeded, Wilson 95 %", fontsize=8)
+    axes.set_xlim(-0.04, 1.04)
+    axes.set_ylim(-0.04, 1.04)
+    axes.set_aspect("equal")
+    axes.tick_params(labelsize=8)
+    axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)

@@ -1,0 +1,62 @@
+"""The chance that the pushes of a way succeed: a logistic regression on what can be foreseen of each."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from colonysim.physics import Scene
+from colonysim.push.cards import ModelError, load_model
+from colonysim.push.foresight import Features, foresee
+from colonysim.push.paths import Surroundings
+from colonysim.push.task import PushTask
+
+__all__ = ["WayChance", "chances_along", "load_way_chance"]
+
+
+@dataclass(frozen=True, slots=True)
+class WayChance:
+    """A logistic regression.
+
+    Attributes:
+        weights: One for each of the `Features`.
+        bias: The log-odds where all features are 0.
+    """
+
+    weights: tuple[float, ...]
+    bias: float
+
+    def __call__(self, seen: Features) -> float:
+        """The chance that a push succeeds, given that those before it did; the chance of a way is their product."""
+        odds = self.bias + sum(w * x for w, x in zip(self.weights, seen, strict=True))
+        return 1.0 / (1.0 + math.exp(-odds)) if odds > -700.0 else 0.0
+
+
+def load_way_chance(source: str | Path = "way") -> WayChance:
+    """A shipped model by name, or one by the path of its card.
+
+    Raises:
+        ModelError: It is missing, damaged, or was fitted to other features.
+    """
+    model = load_model(source, "logistic")
+    if model.card.get("features") != list(Features._fields):
+        raise ModelError(f"{model.name}: fitted to other features than {', '.join(Features._fields)}; fit it again")
+    weights, bias = model.arrays.get("weights"), model.arrays.get("bias")
+    if weights is None or bias is None or weights.shape != (len(Features._fields),) or bias.shape != (1,):
+        raise ModelError(f"{model.name}: expected {len(Features._fields)} weights and a bias")
+    return WayChance(tuple(map(float, weights)), float(bias[0]))
+
+
+def chances_along(
+    scene: Scene, robot: int, tasks: Sequence[PushTask], around: Surroundings, model: WayChance
+) -> list[float]:
+    """The chance of each push of a way, given that those before it succeed.
+
+    Args:
+        scene: The scene; nothing in it moves.
+        robot: Index of the robot.
+        tasks: The pushes of one box, in order.
+        around: What to stay away from; robots are better left out: they move on.
+        model: The regression.
+    """
+    return [model(seen) for seen in foresee(scene, robot, tasks, around)]

@@ -1,0 +1,151 @@
+"""Ways that were pushed in cramped surroundings: what was foreseen of each push, and what came of it."""
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from colonysim.errors import ColonysimError
+from colonysim.physics import Scene
+from colonysim.push.cards import load_model, replace_file
+from colonysim.push.cramped import CrampedWay, draw_way
+from colonysim.push.executors import Executor, make_executor
+from colonysim.push.feasibility import load_feasibility
+from colonysim.push.foresight import Features, foresee
+from colonysim.push.gated import Gate, chance_of_push
+from colonysim.push.paths import Surroundings, everything_else
+from colonysim.push.seeds import Purpose, episode_rng
+from colonysim.push.task import run_alone
+
+__all__ = ["LoggedPush", "LoggedWay", "gather_ways", "push_way"]
+
+_SHOVED = 0.1
+"""A push that moves another box further than this has failed, metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedPush:
+    """A push that was carried out.
+
+    Attributes:
+        seen: Its features right before it began.
+        forest: What the paper's classifier said right before it began.
+        success: Whether the box arrived and no other box was shoved.
+        reason: `"done"`, `"box shoved"`, or the executor's reason.
+        seconds: Simulated seconds it took.
+    """
+
+    seen: Features
+    forest: float
+    success: bool
+    reason: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedWay:
+    """A way until its end, or until its first push that failed.
+
+    Attributes:
+        foreseen: Features of all its pushes before the first one.
+        pushes: Those that were begun.
+    """
+
+    foreseen: tuple[Features, ...]
+    pushes: tuple[LoggedPush, ...]
+
+    @property
+    def success(self) -> bool:
+        """Whether all pushes succeeded."""
+        return len(self.pushes) == len(self.foreseen) and self.pushes[-1].success
+
+
+def push_way(way: CrampedWay, executor: Executor, forest: Gate, *, seed: int = 0) -> LoggedWay:
+    """Push a box along its way until a push fails.
+
+    Args:
+        way: The way and its surroundings.
+        executor: What pushes.
+        forest: The paper's classifier; it is asked, nobody listens.
+        seed: For the executor's drawn choices.
+    """
+    pushes: list[LoggedPush] = []
+    with way.scene() as scene:
+        obstacles = everything_else(scene, 0)
+
+        def around() -> Surroundings:
+            seen = obstacles()
+            return Surroundings((), seen.boxes, seen.open_pits)
+
+        foreseen = tuple(foresee(scene, 0, way.tasks, around()))
+        for number, task in enumerate(way.tasks):
+            seen = next(foresee(scene, 0, [task], around()))
+            chance = chance_of_push(scene, 0, task, forest, around())
+            before = _others(scene)
+            result = run_alone(scene, 0, executor(scene, 0, task, obstacles, seed=seed + number))
+            shoved = any(math.dist(a, b) > _SHOVED for a, b in zip(before, _others(scene), strict=True))
+            reason = "box shoved" if shoved and result.success else result.reason
+            pushes.append(LoggedPush(seen, chance, result.success and not shoved, reason, result.seconds))
+            if not pushes[-1].success:
+                break
+    return LoggedWay(foreseen, tuple(pushes))
+
+
+def _others(scene: Scene) -> list[Sequence[float]]:
+    return [scene.box(i)[:2] for i in range(1, len(scene.boxes))]
+
+
+def gather_ways(
+    file: Path,
+    seed: int,
+    *,
+    model: str | Path = "push",
+    ways: int = 600,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> list[LoggedWay]:
+    """Push boxes along random ways with the executor `staged`, a line of JSON each; goes on where a file ends.
+
+    Args:
+        file: Where the log is kept; its folder is created.
+        seed: Makes the ways, apart from the episodes of training, tuning and judging.
+        model: The network that pushes.
+        ways: How many ways there shall be.
+        on_progress: Called after each way with the ways so far and their wanted number.
+
+    Raises:
+        ColonysimError: The file holds something else, or ways that another seed or network made.
+    """
+    executor, forest = make_executor("staged", model=model), load_feasibility()
+    made_by = {"seed": seed, "network": str(load_model(model, "q-network").card["sha256"])}
+    logged = list(_read(file, made_by)) if file.exists() else []
+    if not logged:
+        replace_file(file, (json.dumps(made_by) + "\n").encode())
+    with file.open("a", encoding="utf-8") as lines:
+        for number in range(len(logged), ways):
+            rng = episode_rng(Purpose.WAYS, seed, number)
+            logged.append(push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31))))
+            lines.write(json.dumps(asdict(logged[-1])) + "\n")
+            lines.flush()
+            if on_progress is not None:
+                on_progress(len(logged), ways)
+    return logged[:ways]
+
+
+def _read(file: Path, made_by: dict[str, Any]) -> Iterator[LoggedWay]:
+    content = file.read_bytes()
+    whole = content[: content.rfind(b"\n") + 1]
+    if whole != content:
+        # It was stopped in the middle of a line.
+        replace_file(file, whole)
+    header, *lines = whole.decode().splitlines() or [""]
+    if header != json.dumps(made_by):
+        raise ColonysimError(f"{file}: holds no ways of this seed and network; choose another directory")
+    for number, line in enumerate(lines, 2):
+        try:
+            row: dict[str, Any] = json.loads(line)
+            pushes = [LoggedPush(**{**push, "seen": Features(*push["seen"])}) for push in row["pushes"]]
+            yield LoggedWay(tuple(Features(*seen) for seen in row["foreseen"]), tuple(pushes))
+        except (ValueError, TypeError, KeyError) as error:
+            raise ColonysimError(f"{file}:{number}: is no logged way: {error}") from None
