@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
@@ -17,12 +18,14 @@ from colonysim.push.gated import chance_of_push
 from colonysim.push.paths import Surroundings, everything_else
 from colonysim.push.staging import plan_push, staging_points
 from colonysim.push.task import PushTask
+from colonysim.push.way import chances_along, load_way_chance
 from colonysim.suggest import nearest
 from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from colonysim.backends.protocol import FeasibleWay
     from colonysim.push.executors import Executor
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
@@ -40,6 +43,9 @@ TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
 _make = tuple.__new__
+FEASIBILITIES = ("geometry", "forest", "way")
+SUITED = {"staged": "way", "rl": "forest", "scripted": "geometry"}
+"""What foresees the success of an executor's pushes, unless another estimate is asked for."""
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
 
 
@@ -91,25 +97,39 @@ class Bullet:
             the feasibility classifier expects it to succeed) or "scripted" (no learning).
         gui: Whether to open the engine's window.
         model: Another network than the shipped one: the path of its card.
+        feasibility: What says whether a push is tried: "geometry" (the planner's yes or no), "forest" (the paper's
+            classifier), or "way" (a calibrated chance, also of the pushes after the next). None is what suits the
+            executor: "way" for "staged", to which it was fitted, "forest" for "rl", "geometry" for "scripted".
+
+    Attributes:
+        feasible_way: The optional part of the protocol; None unless `feasibility` is "way".
 
     Raises:
         MissingExtraError: PyBullet is not installed.
-        ColonysimError: There is no such executor, or the model cannot be used.
+        ColonysimError: There is no such executor or estimate, or the model cannot be used.
     """
 
     name = "bullet"
     tick: float | None = TICK_SECONDS
 
-    def __init__(self, push: str = "staged", gui: bool = False, model: str | None = None) -> None:
+    def __init__(
+        self, push: str = "staged", gui: bool = False, model: str | None = None, feasibility: str | None = None
+    ) -> None:
         chosen = [name for name in EXECUTORS if name == push]
         if not chosen:
             raise ColonysimError(f"no push executor {push!r}; {nearest(push, EXECUTORS)}")
         self.push = chosen[0]
         self.edge_seconds = 1.0
         self._gui = gui
-        # The paper's classifier speaks of states from which its own network pushes; the others plan instead.
-        self._foresee = load_feasibility() if self.push == "rl" else None
-        self._execute: Executor = make_executor(self.push, model=model, gate=self._foresee)
+        # The paper's classifier speaks of states from which its own network pushes.
+        self.feasibility = feasibility or SUITED[self.push]
+        if self.feasibility not in FEASIBILITIES:
+            raise ColonysimError(f"no feasibility {feasibility!r}; {nearest(self.feasibility, FEASIBILITIES)}")
+        gate = load_feasibility() if self.push == "rl" else None
+        self._execute: Executor = make_executor(self.push, model=model, gate=gate)
+        self._forest = (gate or load_feasibility()) if self.feasibility == "forest" else None
+        self._way_chance = load_way_chance() if self.feasibility == "way" else None
+        self.feasible_way: FeasibleWay | None = self._along if self._way_chance else None
         self._scene: Scene | None = None
         self._laid_out: Scenario | None = None
 
@@ -144,7 +164,7 @@ class Bullet:
             self._record_pose(body, number)
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
-        """The executor's word: geometry for `staged` and `scripted`, the classifier for `rl`."""
+        """What geometry, the classifier or the chance of a way says, whichever was chosen."""
         world = self._world
         found = []
         for target in targets:
@@ -286,9 +306,10 @@ class Bullet:
         share = max(0.0, 1.0 - APPROACH / away) if away > 0.0 else 0.0
         return robot.x + share * (at.x - robot.x), robot.y + share * (at.y - robot.y)
 
-    def _task(self, box: int, target: int) -> PushTask:
+    def _task(self, box: int, target: int, start: int = -1) -> PushTask:
+        """The push of a box to a node, from where the world has it or from another node."""
         world, layout = self._world, self._layout
-        at = world.box_node[box]
+        at = world.box_node[box] if start < 0 else start
         pit = layout.pit_at.get(target)
         if pit is not None and not self._open().pit_filled(layout.terrain.pits[pit]):
             return PushTask(box, layout.places[at], layout.places[target], "hole", layout.heights[target], pit)
@@ -303,9 +324,24 @@ class Bullet:
 
     def _chance(self, agent: int, task: PushTask) -> float:
         scene = self._open()
-        if self._foresee is not None:
-            return chance_of_push(scene, agent, task, self._foresee, self._fixed_around())
+        if self._way_chance is not None:
+            return chances_along(scene, agent, [task], self._fixed_around(), self._way_chance)[0]
+        if self._forest is not None:
+            return chance_of_push(scene, agent, task, self._forest, self._fixed_around())
         return 1.0 if plan_push(scene, task.box, task, self._fixed_around()).margin >= 0.0 else 0.0
+
+    def _along(self, agent: int, box: int, way: Sequence[int]) -> Sequence[float]:
+        """The chance of each push of a way; 0 from where the rules of the place forbid one."""
+        world = self._world
+        base, tasks = world.box_base[box], []
+        for i, j in itertools.pairwise(way):
+            if not world.can_slide(base, i, j):
+                break
+            tasks.append(self._task(box, j, i))
+            base = world.surface[j]
+        assert self._way_chance is not None
+        told = chances_along(self._open(), agent, tasks, self._fixed_around(), self._way_chance)
+        return [*told, *itertools.repeat(0.0, max(0, len(way) - 1 - len(told)))]
 
     # -- outcomes --------------------------------------------------------------------------------------------------
 

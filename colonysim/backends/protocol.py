@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 if TYPE_CHECKING:
     from colonysim.randomness import Streams
     from colonysim.world.intents import Intent, Outcome
     from colonysim.world.state import Place, World
 
-__all__ = ["Backend", "Done", "Finished", "TraceRow"]
+__all__ = ["Backend", "Done", "FeasibleWay", "Finished", "TraceRow"]
+
+FeasibleWay: TypeAlias = Callable[[int, int, Sequence[int]], Sequence[float]]
+"""Of an agent, a box and the nodes to push it over, its own first: the chance of each push if those before succeed."""
 
 
 class Done(NamedTuple):
@@ -44,6 +47,9 @@ class Backend(Protocol):
         name: As results and traces call it.
         tick: Control period in simulated seconds, or None for a backend that answers every `start` at once.
         edge_seconds: Typical simulated seconds of a travelled edge, known after `reset`: the unit of patience.
+
+    One more attribute may be there: `feasible_way` (a `FeasibleWay`), for backends that can tell about pushes after the
+    next one. It is asked about nodes within the agent's sight. Where it is absent or None, `feasible` is asked alone.
     """
 
     name: str

@@ -68,6 +68,13 @@ def command(
         Literal["rl", "staged", "scripted"] | None,
         typer.Option(help="How robots push: learned, learned behind a scripted approach, or scripted (bullet only)."),
     ] = None,
+    feasibility: Annotated[
+        Literal["geometry", "forest", "way"] | None,
+        typer.Option(
+            help="What says whether a push is tried: the planner, the classifier, or a calibrated chance of the whole "
+            "way (bullet only). [default: forest for rl, way for staged, geometry for scripted]"
+        ),
+    ] = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show the physics in a window (bullet only).")] = False,
     out: Annotated[
         Path | None,
@@ -94,7 +101,7 @@ def command(
     from colonysim.recording import run
     from colonysim.world.loading import load_scenario
 
-    options = _backend_options(backend, push, gui)
+    options = _backend_options(backend, push, feasibility, gui)
     loaded = load_scenario(scenario, variant, settings)
     count = loaded.episodes if episodes is None else episodes
     begun: list[Run] = []
@@ -139,12 +146,14 @@ class _Watch:
         self._bar.move(done + min(self._step / self._expected, 0.95))
 
 
-def _backend_options(backend: str, push: str | None, gui: bool) -> dict[str, Any]:
+def _backend_options(backend: str, push: str | None, feasibility: str | None, gui: bool) -> dict[str, Any]:
     from colonysim.errors import ColonysimError
 
     options: dict[str, Any] = {}
     if push is not None:
         options["push"] = push
+    if feasibility is not None:
+        options["feasibility"] = feasibility
     if gui:
         options["gui"] = True
     if options and backend == "nodeworld":

@@ -58,7 +58,9 @@ def nearest_box(view: LocalView, shunned: Collection[int] = (), barred: int = -1
     return None
 
 
-def way_to_hole(view: LocalView, box: int, hole: int, barred: int = -1) -> Way:
+def way_to_hole(
+    view: LocalView, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
+) -> Way:
     """The shortest way over which a visible box could be pushed into a visible hole.
 
     Args:
@@ -66,6 +68,7 @@ def way_to_hole(view: LocalView, box: int, hole: int, barred: int = -1) -> Way:
         box: The box.
         hole: The hole's key.
         barred: A node that the way may not lead over (the goal: the pusher would leave there), or -1.
+        avoided: Pushes (from, to) that the way shall do without.
 
     Returns:
         The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
@@ -81,7 +84,7 @@ def way_to_hole(view: LocalView, box: int, hole: int, barred: int = -1) -> Way:
             continue
         done.add(node)
         for j, length in view.ways(node):
-            if j in done or j == barred or not view.can_slide(box, node, j):
+            if j in done or j == barred or (node, j) in avoided or not view.can_slide(box, node, j):
                 continue
             if j == end or view.can_follow(box, node, j):
                 heapq.heappush(queue, (far + length, j, (*way, j)))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -132,12 +134,14 @@ class Stigmergy:
         if view.held_box != box or (s.tries is not None and view.failures >= s.tries):
             return None
         way = self._way(view, box, hole, memory.way)
+        if way and view.foresees:
+            way = self._likely_way(view, box, hole, way, memory.way)
         if not way:
             return None
         if hole in view.holes():
             memory = Memory(memory.epsilon, box, hole, way)
         node = way[1]
-        if view.feasible(box, (node,))[0] < s.feasibility:
+        if not view.foresees and view.feasible(box, (node,))[0] < s.feasibility:
             return None
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
             return Choice(Push(box, node, hole), memory)
@@ -177,6 +181,44 @@ class Stigmergy:
                     best, best_scent = j, scent
         return (at, best) if best >= 0 else ()
 
+    def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
+        """A way whose pushes will, together, succeed with the least chance asked for; empty if there is none.
+
+        A plan is kept while it is likely. Else it is the shortest way, or the next shortest once the least likely push
+        of that is left out, and so on; but never straight back to where the box has just come from. Pushes out of sight
+        are not asked about.
+        """
+        at, least = way[0], self.settings.feasibility
+        avoided: set[tuple[int, int]] = set()
+        if at in planned[1:-1]:
+            i = planned.index(at)
+            avoided.add((at, planned[i - 1]))
+            rest = planned[i:]
+            if self._is_open(view, box, rest) and math.prod(self._chances(view, box, rest)) >= least:
+                return rest
+        while way:
+            chances = self._chances(view, box, way)
+            if math.prod(chances) >= least and way[:2] not in avoided:
+                return way
+            weakest = min(range(len(chances)), key=chances.__getitem__)
+            avoided.add((way[weakest], way[weakest + 1]))
+            in_sight = hole in view.holes() and self._has_room(view, box, hole)
+            way = way_to_hole(view, box, hole, self._goal, avoided) if in_sight else ()
+        return ()
+
+    def _chances(self, view: LocalView, box: int, way: Way) -> Sequence[float]:
+        """The chance of each push of a way as far as the agent sees it."""
+        return view.feasible_way(box, tuple(itertools.takewhile(view.sees, way)))
+
+    def _is_open(self, view: LocalView, box: int, way: Way) -> bool:
+        """Whether the terrain lets a box follow a planned way as far as the agent sees it, and its pusher with it."""
+        seen = tuple(itertools.takewhile(view.sees, way))
+        last = len(way) - 2
+        return len(seen) > 1 and all(
+            view.can_slide(box, i, j) and (k == last or view.can_follow(box, i, j))
+            for k, (i, j) in enumerate(itertools.pairwise(seen))
+        )
+
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
         return self.settings.overfill or view.box_height(box) < view.headroom(hole) + view.reach
@@ -194,7 +236,7 @@ class Stigmergy:
                     scented.update(trail.keys(j))
         if memory.sought == box:
             scented.add(memory.hole)
-        found = []
+        found, asked = [], at in (view.node, from_node)
         for hole in sorted({*near, *scented}):
             planned = memory.way if (memory.sought, memory.hole) == (box, hole) else ()
             if at == view.node or at in view.neighbours:
@@ -203,9 +245,11 @@ class Stigmergy:
                 way = planned if at in planned[:1] else ()
             else:
                 way = way_to_hole(view, box, hole, self._goal) if self._has_room(view, box, hole) else ()
+            if way and asked and view.foresees:
+                way = self._likely_way(view, box, hole, way)
             if way:
                 found.append((hole, way))
-        if found and at in (view.node, from_node):
+        if found and asked and not view.foresees:
             chances = view.feasible(box, [way[1] for _, way in found])
             found = [pair for pair, chance in zip(found, chances, strict=True) if chance >= s.feasibility]
         return found

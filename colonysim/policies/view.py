@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from colonysim.backends.protocol import Backend
+    from colonysim.backends.protocol import Backend, FeasibleWay
     from colonysim.pheromones.field import Field
     from colonysim.world.intents import Intent
     from colonysim.world.state import World
@@ -87,13 +87,14 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_visible", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours", "node", "radius",
-        "refused", "waited",
+        "_backend", "_feasible_way", "_visible", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours",
+        "node", "radius", "refused", "waited",
     )  # fmt: skip
 
     def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
         self._world = world
         self._backend = backend
+        self._feasible_way: FeasibleWay | None = getattr(backend, "feasible_way", None)
         self.agent = agent
         self.radius = world.scenario.detection_radius
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
@@ -293,3 +294,28 @@ class LocalView:
         for node in targets:
             self._look_at(node)
         return self._backend.feasible(self.agent, box, targets)
+
+    @property
+    def foresees(self) -> bool:
+        """Whether the backend can tell about more than the next push."""
+        return self._feasible_way is not None
+
+    def feasible_way(self, box: int, way: Sequence[int]) -> Sequence[float]:
+        """The backend's chance of each push along a way of visible nodes, given that those before it succeed.
+
+        Their product is the chance of the way. Of a backend that does not foresee only the first push is known;
+        nothing speaks against the others.
+
+        Args:
+            box: A visible box.
+            way: The nodes to push it over, its own first.
+
+        Raises:
+            OutOfSightError: The agent does not see the box or one of the nodes.
+        """
+        self.box_node(box)
+        for node in way:
+            self._look_at(node)
+        if self._feasible_way is None:
+            return [*self._backend.feasible(self.agent, box, way[1:2]), *(1.0 for _ in way[2:])]
+        return self._feasible_way(self.agent, box, way)

@@ -11,7 +11,7 @@ from colonysim.trace.schema import TABLES
 from colonysim.world.intents import Outcome, Push, Wait
 
 if TYPE_CHECKING:
-    from colonysim.backends.protocol import Backend, Done, Finished, TraceRow
+    from colonysim.backends.protocol import Backend, Done, FeasibleWay, Finished, TraceRow
     from colonysim.randomness import Streams
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
@@ -49,6 +49,9 @@ class WatchedBackend:
         self.pending: dict[int, tuple[float, Intent]] = {}
         self._stopped: dict[int, str] = {}
         self._given: list[tuple[str, Any, list[Any]]] = []
+        # Optional: a policy must find it missing where it is missing.
+        self._asked_along: FeasibleWay | None = getattr(body, "feasible_way", None)
+        self.feasible_way = self._along if self._asked_along else None
         if not (isinstance(self.name, str) and self.name):
             raise ConformanceError("attributes", f"name is {self.name!r}, expected some text")
         if self.tick is not None and not (isinstance(self.tick, float | int) and 0.0 < self.tick < math.inf):
@@ -75,6 +78,21 @@ class WatchedBackend:
         chances = self._taken("feasible", answers[0])
         if len(chances) != len(targets):
             raise ConformanceError("feasible", f"{len(chances)} chances for {len(targets)} targets")
+        for chance in chances:
+            if not 0.0 <= chance <= 1.0:
+                raise ConformanceError("feasible", f"a chance of {chance!r}, expected 0 to 1")
+        return chances
+
+    def _along(self, agent: int, box: int, way: Sequence[int]) -> Sequence[float]:
+        """A chance from 0 to 1 for each push of a way, however often it is asked for."""
+        along = self._asked_along
+        assert along is not None
+        answers = [
+            self._unchanged("feasible", lambda: along(agent, box, way)) for _ in range(3 if self._curious else 1)
+        ]
+        chances = self._taken("feasible", answers[0])
+        if len(chances) != len(way) - 1:
+            raise ConformanceError("feasible", f"{len(chances)} chances for {len(way) - 1} pushes of a way")
         for chance in chances:
             if not 0.0 <= chance <= 1.0:
                 raise ConformanceError("feasible", f"a chance of {chance!r}, expected 0 to 1")

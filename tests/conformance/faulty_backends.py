@@ -226,6 +226,13 @@ class Confident(Mock):
         return [1.5] * len(targets)
 
 
+class Shortsighted(Mock):
+    """Promises to tell about a whole way, and stops after the first push."""
+
+    def feasible_way(self, agent, box, way):
+        return self.feasible(agent, box, way[1:2])
+
+
 class Guesser(NodeWorld):
     """Draws from the stream of durations whenever it is asked what could be done."""
 
@@ -370,6 +377,7 @@ FAULTS: list[tuple[Any, str]] = [
     (Backwards, "footprint"),
     (Counter, "feasible"),
     (Confident, "feasible"),
+    (Shortsighted, "feasible"),
     (Guesser, "feasible"),
     (Gambler, "randomness"),
     (Stubborn, "cancel"),

@@ -43,6 +43,7 @@ def test_what_lies_within_sight_is_answered(view):
     assert view.can_slide(0, 2, 1)
     assert view.can_follow(0, 2, 1)
     assert view.feasible(0, (1,)) == [1.0]
+    assert view.feasible_way(0, (2, 1, 0)) == [1.0, 1.0]
     assert not view.crowded(1)
     assert view.fields["D"].values([0, 1]) == [13.0, 14.0]
     assert view.fields["B"].at(0, 0) == 40.0
@@ -65,6 +66,8 @@ REFUSED = {
     "can_follow": lambda view: view.can_follow(0, 2, 3),
     "feasible, the box": lambda view: view.feasible(1, (4,)),
     "feasible, the target": lambda view: view.feasible(0, (3,)),
+    "feasible_way, the box": lambda view: view.feasible_way(1, (2, 1)),
+    "feasible_way, a node": lambda view: view.feasible_way(0, (2, 3)),
     "hole_node": lambda view: view.hole_node(0),
     "headroom": lambda view: view.headroom(0),
     "hole_near": lambda view: view.hole_near(0, 1),
