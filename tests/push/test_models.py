@@ -101,7 +101,7 @@ def test_missing_models_are_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", shipped_models())
 def test_shipped_models_load_and_their_cards_say_how_they_were_made(name: str) -> None:
-    told = load_model(name, "forest" if name == "feasibility" else "q-network").card
+    told = load_model(name, {"feasibility": "forest", "way": "logistic"}.get(name, "q-network")).card
     assert {"about", "how", "results", "sha256"} <= set(told)
     assert "seed" in told["how"]
 
@@ -110,6 +110,7 @@ def test_running_a_push_needs_neither_torch_nor_scikit_learn() -> None:
     code = (
         "import sys; from colonysim.push.executors import make_executor; make_executor('staged');"
         "from colonysim.push.feasibility import load_feasibility; load_feasibility();"
+        "from colonysim.push.way import load_way_chance; load_way_chance();"
         "import colonysim.push.evaluation, colonysim.push.training;"
         "bad = {'torch', 'sklearn', 'pickle5', 'gymnasium'} & set(sys.modules); assert not bad, bad"
     )
