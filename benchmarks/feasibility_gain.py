@@ -115,7 +115,7 @@ def table() -> None:
         groups.setdefault((row["map"], *row["set"], row["feasibility"]), []).append(row)
     print(
         "| map | estimate | seeds | episodes | all robots at the goal [Wilson 95 %] | success | steps | failed pushes "
-        "| arrived pushes |\n|---|---|---|---|---|---|---|---|"
+        "| arrived pushes |\n|---|---|---|---|---|---|---|---|---|"
     )
     order = sorted(groups, key=lambda key: (key[:-1], ESTIMATES.index(key[-1])))
     for key in order:
