@@ -51,7 +51,7 @@ def config_of(setting: str, base: str, episodes: int) -> TrainingConfig:
     learner = dataclasses.replace(preset.learner, target_every=300, average_share=None)
     config = dataclasses.replace(
         preset, name=f"{base}, {setting}", actions=None, episodes=episodes, batch=128, explore=1000, kinds=HOLE,
-        train_block=20, test_block=10, learner=learner, candidates=1, score_blocks=3,
+        train_block=10, test_block=5, learner=learner, candidates=1, score_blocks=3,
     )  # fmt: skip
     what, _, value = setting.partition(" ")
     if what == "batch":

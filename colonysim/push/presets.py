@@ -103,7 +103,7 @@ class TrainingConfig:
     steps: int = 6
     buffer: int = 100_000
     batch: int = 128
-    explore: int = 8_000
+    explore: int = 6_000
     demonstrations: float = 0.7
     update_from: int = 1_000
     update_every: int = 2
@@ -111,7 +111,7 @@ class TrainingConfig:
     epsilon: float = 0.15
     epsilon_decay: float = 0.999
     epsilon_floor: float = 0.02
-    actions: int | None = 80_000
+    actions: int | None = 48_000
     episodes: int | None = None
     train_block: int = 100
     test_block: int = 20
@@ -125,8 +125,8 @@ class TrainingConfig:
     )
     score_blocks: int = 3
     candidates: int = 4
-    playoff: int = 16
-    final: int = 48
+    playoff: int = 8
+    final: int = 24
 
 
 PRESETS: dict[str, TrainingConfig] = {
