@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["ablation_figure", "learning_figure"]
 
 _SMOOTHED = 8
-"""Tests of 20 episodes that a curve of an ablation is averaged over: the paper's 150 episodes."""
+"""Tests that a curve of an ablation is averaged over (of 20 episodes: the paper's 150), at most a third of them."""
 _SETTINGS = ("#E69F00", "#009E73", "#56B4E9", "#CC79A7")
 _TERRAINS = {"flat": "#E69F00", "slope": "#009E73", "hole": "#3A3A3A"}
 
@@ -96,7 +96,8 @@ def ablation_figure(panels: Mapping[str, Mapping[str, Sequence[Sequence[Sequence
 
 
 def _smooth(values: list[float]) -> list[float]:
-    parts = [values[max(0, i + 1 - _SMOOTHED) : i + 1] for i in range(len(values))]
+    window = min(_SMOOTHED, max(1, len(values) // 3))
+    parts = [values[max(0, i + 1 - window) : i + 1] for i in range(len(values))]
     return [sum(part) / len(part) for part in parts]
 
 

@@ -259,6 +259,7 @@ def train_feasibility(
         chances[test] = flatten_forest(grow(train)).many(data.states[test])
     right = (chances >= 0.5) == (data.labels == 1)
     first = np.r_[True, np.diff(data.episodes) > 0]
+    accepted = first & (chances >= 0.5)
     everything = np.arange(len(data.labels))
     flat = flatten_forest(grow(everything))
     results = {
@@ -268,6 +269,7 @@ def train_feasibility(
         "accuracy": float(right.mean()),
         "accuracy_by_episode": float(np.average(right, weights=weights)),
         "accuracy_at_start": float(right[first].mean()),
+        "false_accept_at_start": float(np.mean(data.labels[accepted] == 0)) if accepted.any() else None,
         "auc": auc(everything),
         "auc_by_episode": auc(everything, weighted=True),
         "auc_at_start": auc(np.flatnonzero(first)),

@@ -100,6 +100,24 @@ def test_double_dqn_learns_a_toy_with_a_known_best_control(target: str) -> None:
     assert np.mean(best == np.where(states[:, 0] > 0, 2, 5)) > 0.85
 
 
+def test_what_is_tested_is_an_average_of_the_networks_so_far() -> None:
+    pytest.importorskip("torch")
+    from colonysim.push.dqn import DoubleDQN
+    from colonysim.push.network import random_network
+
+    rng = np.random.default_rng(0)
+    learner = DoubleDQN(random_network("state", (4,), rng), LearnerConfig(average_share=0.25))
+    replay = Replay(50, 9)
+    for _ in range(50):
+        replay.add(rng.normal(size=9).astype(np.float32), 0, 1.0, np.zeros(9, dtype=np.float32), 0.0)
+    expected = learner.tested.arrays()["w0"].copy()
+    for _ in range(3):
+        learner.update(replay.sample(16, rng), 0.0)
+        expected = 0.75 * expected + 0.25 * learner.network.arrays()["w0"]
+    assert not np.array_equal(learner.tested.arrays()["w0"], learner.network.arrays()["w0"])
+    assert learner.tested.arrays()["w0"] == pytest.approx(expected, abs=1e-6)
+
+
 def test_the_paper_s_parameters() -> None:
     paper = PRESETS["paper"]
     assert (paper.inputs, paper.hidden) == ("state", (200, 200, 200))
