@@ -12,6 +12,7 @@ from typing import Any
 
 from colonysim.push.evaluation import evaluate_push
 from colonysim.push.executors import ChooserName, ExecutorName
+from colonysim.push.starts import KINDS
 
 ROWS: dict[str, tuple[ExecutorName, ChooserName, int]] = {
     "rl": ("rl", "network", 1),
@@ -33,6 +34,7 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
+    parser.add_argument("--terrains", nargs="+", default=list(KINDS), choices=list(KINDS))
     parser.add_argument("--model", default=None, help="a shipped network's name or the path of a card")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
@@ -40,8 +42,9 @@ def main() -> None:
     for name in given.rows:
         push, chooser, tries = ROWS[name]
         row = evaluate_push(
-            push, episodes=given.episodes, seed=given.seed, chooser=chooser, tries=tries, model=given.model
-        )
+            push, episodes=given.episodes, seed=given.seed, terrains=given.terrains, chooser=chooser, tries=tries,
+            model=given.model,
+        )  # fmt: skip
         found["rows"][name] = row
         shares = [
             f"{kind} {r['success']:.3f} [{r['success_low']:.3f}, {r['success_high']:.3f}] "
