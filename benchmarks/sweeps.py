@@ -4,8 +4,8 @@
     python benchmarks/sweeps.py kills --trials 400 --kills 50
 
 `overhead` runs trials of sanity as a sweep and, in turn, in a bare `multiprocessing.Pool` of as many processes, which
-begins cold too. `kills` kills a sweep with its whole process group at random moments, resumes it each time, and
-compares its tables with those of one that was left alone.
+begins cold too and reads the scenario once in each. `kills` kills a sweep with its whole process group at random
+moments, resumes it each time, and compares its tables with those of one that was left alone.
 """
 
 import argparse
@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -34,9 +35,14 @@ def sweep_file(folder: Path, trials: int, episodes: int) -> Path:
     return path
 
 
+@cache
+def sanity() -> colonysim.Scenario:
+    return colonysim.load_scenario("sanity")
+
+
 def bare_trial(job: tuple[int, int]) -> list[int]:
     seed, episodes = job
-    run = colonysim.run("sanity", episodes=episodes, seed=seed, trace=False)
+    run = colonysim.run(sanity(), episodes=episodes, seed=seed, trace=False)
     return [episode.steps for episode in run.episodes]
 
 
