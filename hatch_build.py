@@ -15,6 +15,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
+    "colonysim/backends/action.py",
     "colonysim/backends/bullet.py",
     "colonysim/backends/traffic.py",
     "colonysim/exact.py",

@@ -6,9 +6,10 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
+from colonysim.backends.action import Action
 from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
-from colonysim.backends.traffic import LOOK_TICKS, Traffic, closing_in, ticks_until_close
+from colonysim.backends.traffic import Traffic
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
@@ -42,51 +43,11 @@ APPROACH = 1.55
 TURN_SECONDS = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
-_make = tuple.__new__
 FEASIBILITIES = ("geometry", "forest", "way")
 SUITED = {"staged": "way", "rl": "forest", "scripted": "geometry"}
 """What foresees the success of an executor's pushes, unless another estimate is asked for."""
 FAULTS = frozenset({"flipped", "in_pit", "fallen", "nan"})
-
-
-class _Action:
-    """What a robot is doing.
-
-    Args:
-        intent: What it was asked for.
-        manoeuvre: Its controls, tick by tick.
-        origin: The node where it began.
-
-    Attributes:
-        held: Whether its wheels are stopped because another robot is in front of it.
-        look_at: The tick at which it looks out for other robots again.
-    """
-
-    __slots__ = ("held", "intent", "look_at", "manoeuvre", "origin")
-
-    def __init__(self, intent: Travel | Push, manoeuvre: Manoeuvre, origin: int) -> None:
-        self.intent = intent
-        self.manoeuvre = manoeuvre
-        self.origin = origin
-        self.held = False
-        self.look_at = 0
-
-    def go_on(self, scene: Scene, agent: int, ticks: int) -> None:
-        """Drives for one more tick, unless another robot is in the way.
-
-        Raises:
-            StopIteration: The manoeuvre is over; its value is the result.
-        """
-        left, right = speeds = next(self.manoeuvre)
-        if ticks >= self.look_at and (ticks + agent) % LOOK_TICKS == 0:
-            others = [scene.course(i) for i in scene.present_robots() if i != agent]
-            here = scene.course(agent)
-            self.held = closing_in(here, speeds, others)
-            self.look_at = ticks + ticks_until_close(here, others)
-        if self.held:
-            scene.drive(agent, 0.0, 0.0)
-        else:
-            scene.drive(agent, left, right)
+_make = tuple.__new__
 
 
 class Bullet:
@@ -149,7 +110,7 @@ class Bullet:
         except MissingEngineError as error:
             raise MissingExtraError(str(error)) from None
         self._agents = range(len(self._layout.robots))
-        self._actions: dict[int, _Action] = {}
+        self._actions: dict[int, Action] = {}
         self._rows: list[TraceRow] = []
         self._now = 0.0
         self._ticks = 0
@@ -218,7 +179,7 @@ class Bullet:
                 scene, agent, task, everything_else(scene, agent), log,
                 self._streams.derive(f"push/{self._pushes}") % 2**31,
             )  # fmt: skip
-        self._actions[agent] = _Action(intent, manoeuvre, at)
+        self._actions[agent] = Action(intent, manoeuvre, at)
         return None
 
     def advance(self, now: float) -> Sequence[Finished]:
@@ -345,7 +306,7 @@ class Bullet:
 
     # -- outcomes --------------------------------------------------------------------------------------------------
 
-    def _outcome(self, agent: int, action: _Action, result: ManoeuvreResult) -> Outcome:
+    def _outcome(self, agent: int, action: Action, result: ManoeuvreResult) -> Outcome:
         scene, world, intent = self._open(), self._world, action.intent
         fault = scene.robot_fault(agent)
         lost = fault is not None or result.reason in FAULTS

@@ -115,12 +115,7 @@ def feasibility(
     from colonysim.push.feasibility import train_feasibility
 
     with Bar("gathering states", states, quiet) as bar:
-
-        def show(done: int, wanted: int) -> None:
-            del wanted
-            bar.move(done)
-
-        card = train_feasibility(out, seed, model=model, states=states, on_progress=show)
+        card = train_feasibility(out, seed, model=model, states=states, on_progress=lambda done, _: bar.move(done))
     typer.echo(str(card))
 
 
@@ -145,10 +140,5 @@ def way(
     from colonysim.push.calibration import train_way_chance
 
     with Bar("pushing along ways", ways, quiet) as bar:
-
-        def show(done: int, wanted: int) -> None:
-            del wanted
-            bar.move(done)
-
-        card = train_way_chance(out, seed, model=model, ways=ways, on_progress=show)
+        card = train_way_chance(out, seed, model=model, ways=ways, on_progress=lambda done, _: bar.move(done))
     typer.echo(str(card))

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
 from colonysim.plugins import field_class
 from colonysim.policies.choice import sample, softmax
-from colonysim.policies.paths import nearest_box, way_to_hole
+from colonysim.policies.paths import likely_way, nearest_box, way_to_hole
 from colonysim.policies.policy import Choice
 from colonysim.policies.settings import settings_for
 from colonysim.world.intents import Push, Travel, Wait
@@ -182,42 +180,9 @@ class Stigmergy:
         return (at, best) if best >= 0 else ()
 
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
-        """A way whose pushes will, together, succeed with the least chance asked for; empty if there is none.
-
-        A plan is kept while it is likely. Else it is the shortest way, or the next shortest once the least likely push
-        of that is left out, and so on; but never straight back to where the box has just come from. Pushes out of sight
-        are not asked about.
-        """
-        at, least = way[0], self.settings.feasibility
-        avoided: set[tuple[int, int]] = set()
-        if at in planned[1:-1]:
-            i = planned.index(at)
-            avoided.add((at, planned[i - 1]))
-            rest = planned[i:]
-            if self._is_open(view, box, rest) and math.prod(self._chances(view, box, rest)) >= least:
-                return rest
-        while way:
-            chances = self._chances(view, box, way)
-            if math.prod(chances) >= least and way[:2] not in avoided:
-                return way
-            weakest = min(range(len(chances)), key=chances.__getitem__)
-            avoided.add((way[weakest], way[weakest + 1]))
-            in_sight = hole in view.holes() and self._has_room(view, box, hole)
-            way = way_to_hole(view, box, hole, self._goal, avoided) if in_sight else ()
-        return ()
-
-    def _chances(self, view: LocalView, box: int, way: Way) -> Sequence[float]:
-        """The chance of each push of a way as far as the agent sees it."""
-        return view.feasible_way(box, tuple(itertools.takewhile(view.sees, way)))
-
-    def _is_open(self, view: LocalView, box: int, way: Way) -> bool:
-        """Whether the terrain lets a box follow a planned way as far as the agent sees it, and its pusher with it."""
-        seen = tuple(itertools.takewhile(view.sees, way))
-        last = len(way) - 2
-        return len(seen) > 1 and all(
-            view.can_slide(box, i, j) and (k == last or view.can_follow(box, i, j))
-            for k, (i, j) in enumerate(itertools.pairwise(seen))
-        )
+        """`likely_way` with the least chance asked for; other ways than those given only with the hole in sight."""
+        others = hole if hole in view.holes() and self._has_room(view, box, hole) else -1
+        return likely_way(view, box, way, planned, self.settings.feasibility, others, self._goal)
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""

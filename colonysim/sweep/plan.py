@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 import random
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -210,7 +210,7 @@ def _trials(file: _File, folder: Path, places: Places) -> Iterator[Trial]:
                 identity = _identity(trial, digest)
                 if identity not in seen:  # listed twice it is still one trial
                     seen.add(identity)
-                    yield Trial(**{**trial.__dict__, "identity": identity})
+                    yield replace(trial, identity=identity)
 
 
 def _settings(file: _File) -> Iterator[dict[str, Any]]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["run_sweep"]
 
 TABLES_EVERY = 10.0
-"""Seconds of wall clock between two writings of the tables, at least; a tenth of the time they take at most."""
+"""Least seconds of wall clock between two writings of the tables; longer where they would take over a tenth of it."""
 
 
 def run_sweep(

@@ -124,17 +124,13 @@ cdef class Block:
         return column
 
     cdef int whole(self, long long value) except -1:
-        cdef array.array values = self.next().values
-        cdef Py_ssize_t n = Py_SIZE(values)
-        array.resize_smart(values, n + 1)
-        values.data.as_longlongs[n] = value
+        self.item(value)
+        self.next()
         return 0
 
     cdef int real(self, double value) except -1:
-        cdef array.array values = self.next().values
-        cdef Py_ssize_t n = Py_SIZE(values)
-        array.resize_smart(values, n + 1)
-        values.data.as_doubles[n] = value
+        self.real_item(value)
+        self.next()
         return 0
 
     cdef int flag(self, bint value) except -1:
@@ -149,8 +145,7 @@ cdef class Block:
         if value is not column.text:
             column.code = column.codes[value]
             column.text = value
-        self.whole(column.code)
-        return 0
+        return self.whole(column.code)
 
     # A list column takes its numbers one by one, then their count.
 

@@ -8,7 +8,7 @@ cdef class Rows:
     cdef long long _episode
     cdef object _write, _kinds
     cdef bint _decisions
-    cdef tuple _holes, _names
+    cdef tuple _holes
     cdef long long[::1] _numbers
     cdef Block _ended, _chosen, _marked
     cdef TraceWriter _writer

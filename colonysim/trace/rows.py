@@ -37,7 +37,7 @@ class Rows:
     """
 
     __slots__ = (
-        "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_names", "_numbers", "_write",
+        "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
         "_writer", "events", "now",
     )  # fmt: skip
 
@@ -55,12 +55,11 @@ class Rows:
         self._kinds = kinds
         ids = scenario.topology.ids
         # -1 ("none") must stay -1 when indices become numbers.
-        self._names = (*ids, -1)
+        self._numbers = array("q", (*ids, -1))
         self._holes = (*(ids[hole.node] for hole in scenario.holes), -1)
         self.events: list[Event] = []
         self.now = 0.0
         # The rows of travels go straight into the columns of such a writer, without objects to carry them.
-        self._numbers = array("q", self._names)
         self._writer = sink if type(sink) is TraceWriter else None
         self._ended: Block | None = None
         self._chosen: Block | None = None
@@ -89,13 +88,13 @@ class Rows:
         now_at: int | None = None,
     ) -> None:
         """Something happened now; the arguments are the columns of `Event`, nodes and holes by index."""
-        names, now = self._names, self.now
+        numbers, now = self._numbers, self.now
         # Event(...) itself takes three times as long, and there is no more frequent object.
         event = tuple.__new__(
             Event,
             (
-                self._episode, now, kind, agent, action, names[node], names[target], box, self._holes[hole], status,
-                reason, step, now if began is None else began, names[node if now_at is None else now_at],
+                self._episode, now, kind, agent, action, numbers[node], numbers[target], box, self._holes[hole], status,
+                reason, step, now if began is None else began, numbers[node if now_at is None else now_at],
             ),
         )  # fmt: skip
         if self._heard(kind):
@@ -115,13 +114,13 @@ class Rows:
     ) -> None:
         """An agent chose among `targets`; the arguments are the columns of `Decision`, nodes by index."""
         if self._decisions and self._write:
-            names = self._names
+            numbers = self._numbers
             # A plain tuple in the order of Decision: there are too many to name their fields.
             self._write(
                 "decisions",
                 (
-                    self._episode, self.now, agent, names[node], explored, names[chosen],
-                    tuple([names[target] for target in targets]), boxes, probabilities,
+                    self._episode, self.now, agent, numbers[node], explored, numbers[chosen],
+                    tuple([numbers[target] for target in targets]), boxes, probabilities,
                 ),
             )  # fmt: skip
 
@@ -186,7 +185,7 @@ class Rows:
         block = self._marked
         if block is None:
             if self._write:
-                self._write("deposits", (self._episode, self.now, name, agent, self._names[node], -1, value))
+                self._write("deposits", (self._episode, self.now, name, agent, self._numbers[node], -1, value))
             return
         block.whole(self._episode)
         block.real(self.now)
@@ -205,10 +204,10 @@ class Rows:
         """An agent left marks."""
         if self._write:
             episode, now, name, holes = self._episode, self.now, field.name, self._holes
-            names = None if field.by_box else self._names
+            numbers = None if field.by_box else self._numbers
             # Plain tuples in the order of Deposit, as above.
             for node, key, value in writes:
-                place = node if names is None else names[node]
+                place = node if numbers is None else numbers[node]
                 self._write("deposits", (episode, now, name, agent, place, holes[key], value))
 
     def foreign(self, rows: Iterable[tuple[str, tuple[object, ...]]]) -> None:
@@ -228,6 +227,6 @@ class Rows:
         if self._write:
             for name, field in fields.items():
                 for node, key, value in field.frame():
-                    place = node if field.by_box else self._names[node]
+                    place = node if field.by_box else self._numbers[node]
                     self._write("frames", Frame(self._episode, name, place, self._holes[key], value))
             self._write("episodes", result)

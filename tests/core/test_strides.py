@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 import sys
 from importlib.machinery import EXTENSION_SUFFIXES
-from pathlib import Path
 
 import pytest
+from plain_python import PACKAGE, compiled_and_plain
 
 import colonysim
 from colonysim.simulation import episode
 from colonysim.simulation.strides import Strides
 from colonysim.testing.worlds import random_scenario
 
-PACKAGE = Path(colonysim.__file__).parent
 VARIANTS = [
     {},
     {"distance_rule": "literal", "exploration_evaporation": None, "epsilon": 0.9, "epsilon_floor": 0.5},
@@ -106,20 +102,7 @@ def compiled() -> bool:
 
 @pytest.mark.skipif(not compiled(), reason="colonysim was installed where there is no C compiler")
 def test_compiled_and_plain_python_on_200_random_worlds(tmp_path):
-    plain, elsewhere = tmp_path / "colonysim", tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    shutil.copytree(PACKAGE, plain, ignore=shutil.ignore_patterns("*.so", "*.pyd", "__pycache__"))
-    if not (plain / "scenarios").exists():
-        shutil.copytree(PACKAGE.parent / "scenarios", tmp_path / "scenarios")
-    outputs = []
-    for place in (PACKAGE.parent, tmp_path):
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", PROGRAM], cwd=elsewhere,
-            env={**os.environ, "PYTHONPATH": str(place)}, capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        outputs.append(done.stdout.splitlines())
-    (first, *hashes), (second, *again) = outputs
-    assert not first.endswith(".py") and second.endswith(".py")
+    hashes, again = compiled_and_plain(PROGRAM, tmp_path)
     assert hashes == again
 
 

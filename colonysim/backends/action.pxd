@@ -1,10 +1,10 @@
-# The types of bullet.py when it is compiled.
+# The types of action.py when it is compiled.
 cimport cython
 from colonysim.backends.traffic cimport closing_in, ticks_until_close
-from colonysim.physics.scene cimport Scene as SceneType  # the name Scene stays free to be replaced
+from colonysim.physics.scene cimport Scene as SceneType  # action.py has its own Scene, for checking types
 
 
-cdef class _Action:
+cdef class Action:
     cdef public object manoeuvre
     cdef readonly object intent, origin
     cdef readonly bint held
