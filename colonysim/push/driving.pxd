@@ -5,7 +5,7 @@ from colonysim.physics.scene cimport Scene
 from colonysim.physics.shapes cimport wrap
 
 cdef double _TURN_RATE, _CURVE, _TURN_START, _TURN_STOP, _LOOK_AHEAD, _STALL_SECONDS, _CLOSE, _ASIDE, _IN_THE_WAY
-cdef int _FAULT_TICKS, _GUARD_TICKS
+cdef int _FAULT_TICKS, _GUARD_TICKS, _HOLD_TICKS
 
 
 cdef class Pilot:

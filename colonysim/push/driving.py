@@ -23,7 +23,9 @@ _TURN_RATE, _CURVE = 2.0, 1.5
 _TURN_START, _TURN_STOP = 0.3, 0.06
 """With one threshold for both a robot orbits its target instead of turning towards it."""
 _FAULT_TICKS = 6
-_GUARD_TICKS = 10
+_GUARD_TICKS = 9
+_HOLD_TICKS = 3
+"""On its way a robot chooses its wheel speeds 20 times a second, and holds them for this many ticks."""
 _LOOK_AHEAD = 0.9
 _PATIENCE = 12.0
 _FAR_ROBOT = 3.0
@@ -154,7 +156,7 @@ class Pilot:
             speed: Metres per second.
             tolerance: How close to the target it ends, metres.
             blocked: Asked a few times a second with a point ahead; True ends the part with `"blocked"`.
-            arrived: Asked every tick; True ends the part early, as done.
+            arrived: Asked before each choice of speeds; True ends the part early, as done.
         """
         scene, last = self.scene, len(path) - 1
         for k, place in enumerate(path):
@@ -166,12 +168,15 @@ class Pilot:
                     break
                 if waypoint.stalled():
                     return "stuck"
-                if blocked is not None and scene.ticks % _GUARD_TICKS == 0 and blocked(waypoint.ahead()):
+                # Choices come at any remainder of the ticks, so one of these is met by exactly one choice.
+                if blocked is not None and scene.ticks % _GUARD_TICKS < _HOLD_TICKS and blocked(waypoint.ahead()):
                     return "blocked"
-                self.note(waypoint.control())
-                yield waypoint.speeds()
-                if fault := self.fault():
-                    return fault
+                control, speeds = waypoint.control(), waypoint.speeds()
+                for _ in range(_HOLD_TICKS):
+                    self.note(control)
+                    yield speeds
+                    if fault := self.fault():
+                        return fault
         return "done"
 
     def go(
