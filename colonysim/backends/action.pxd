@@ -10,5 +10,13 @@ cdef class Action:
     cdef readonly bint held
     cdef Py_ssize_t look_at
 
-    @cython.locals(left=double, right=double)
-    cpdef go_on(self, SceneType scene, Py_ssize_t agent, Py_ssize_t ticks)
+    @cython.locals(left=double, right=double, ticks=Py_ssize_t)
+    cdef go_on(self, SceneType scene, Py_ssize_t agent)
+
+
+cdef class Actions:
+    cdef list _of
+    cdef SceneType _scene
+
+    @cython.locals(scene=SceneType, over=list, agent=Py_ssize_t, action=Action)
+    cpdef list go_on(self)

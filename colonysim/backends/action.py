@@ -1,4 +1,4 @@
-"""What a robot is doing, tick by tick, and how it looks out for others meanwhile."""
+"""What robots are doing, tick by tick, and how they look out for each other meanwhile."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from colonysim.backends.traffic import LOOK_TICKS, closing_in, ticks_until_close
 
 if TYPE_CHECKING:
     from colonysim.physics import Scene
-    from colonysim.push.task import Manoeuvre
+    from colonysim.push.task import Manoeuvre, ManoeuvreResult
     from colonysim.world.intents import Push, Travel
 
-__all__ = ["Action"]
+__all__ = ["Action", "Actions"]
 
 
 class Action:
@@ -36,13 +36,14 @@ class Action:
         self.held = False
         self.look_at = 0
 
-    def go_on(self, scene: Scene, agent: int, ticks: int) -> None:
+    def go_on(self, scene: Scene, agent: int) -> None:
         """Drives for one more tick, unless another robot is in the way.
 
         Raises:
             StopIteration: The manoeuvre is over; its value is the result.
         """
         left, right = speeds = next(self.manoeuvre)
+        ticks = scene.ticks
         if ticks >= self.look_at and (ticks + agent) % LOOK_TICKS == 0:
             others = [scene.course(i) for i in scene.present_robots() if i != agent]
             here = scene.course(agent)
@@ -52,3 +53,51 @@ class Action:
             scene.drive(agent, 0.0, 0.0)
         else:
             scene.drive(agent, left, right)
+
+
+class Actions:
+    """What the robots of a scene are doing, each one thing at most.
+
+    Every tick of a colony comes by here; compiled, it is a walk through a plain list (`action.pxd`).
+
+    Args:
+        scene: The scene; it is driven in, never ticked.
+    """
+
+    __slots__ = ("_of", "_scene")
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._of: list[Action | None] = [None] * scene.robot_count
+
+    def begin(self, agent: int, action: Action) -> None:
+        """Takes up an action of a robot that has none."""
+        self._of[agent] = action
+
+    def get(self, agent: int) -> Action | None:
+        """What a robot is doing."""
+        return self._of[agent]
+
+    def under_way(self) -> list[tuple[int, Action]]:
+        """Whoever is doing something, and what."""
+        return [(agent, action) for agent, action in enumerate(self._of) if action is not None]
+
+    def go_on(self) -> list[tuple[int, Action, ManoeuvreResult]]:
+        """Drives every robot for one more tick; returns whose manoeuvre is over: who is still to be ended."""
+        scene, over = self._scene, []
+        for agent in range(len(self._of)):
+            action = self._of[agent]
+            if action is not None:
+                try:
+                    action.go_on(scene, agent)
+                except StopIteration as end:
+                    over.append((agent, action, end.value))
+        return over
+
+    def end(self, agent: int) -> None:
+        """Stops a robot, if it is doing something."""
+        action = self._of[agent]
+        if action is not None:
+            self._of[agent] = None
+            action.manoeuvre.close()
+            self._scene.drive(agent, 0.0, 0.0)

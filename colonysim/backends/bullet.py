@@ -6,7 +6,7 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from colonysim.backends.action import Action
+from colonysim.backends.action import Action, Actions
 from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import Traffic
@@ -109,20 +109,18 @@ class Bullet:
             self._scene = Scene(self._layout.terrain, self._layout.boxes, self._layout.robots, gui=self._gui)
         except MissingEngineError as error:
             raise MissingExtraError(str(error)) from None
-        self._agents = range(len(self._layout.robots))
-        self._actions: dict[int, Action] = {}
+        self._actions = Actions(self._scene)
         self._rows: list[TraceRow] = []
         self._now = 0.0
-        self._ticks = 0
         self._pushes = 0
         x_scale = math.dist(self._layout.places[0], self._layout.places[-1]) / (
             world.topology.distance(0, len(world.topology) - 1) or 1.0
         )
         self.edge_seconds = world.topology.mean_length * (x_scale or 1.0) / TRAVEL_SPEED + TURN_SECONDS
-        for body, number in [("agent", a) for a in self._agents] + [
-            ("box", b) for b in range(len(self._layout.boxes))
-        ]:
-            self._record_pose(body, number)
+        for agent in range(len(self._layout.robots)):
+            self._record_pose("agent", agent)
+        for box in range(len(self._layout.boxes)):
+            self._record_pose("box", box)
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """What geometry, the classifier or the chance of a way says, whichever was chosen."""
@@ -157,8 +155,9 @@ class Bullet:
         at = world.agent_node[agent]
         if not isinstance(intent, Travel | Push) or not self._is_move(at, intent):
             return Done(0.0, Outcome("blocked", at, reason="no such move"))
-        if not scene.has_robot(agent) or agent in self._actions:
-            return Done(0.0, Outcome("blocked", at, reason="no robot" if agent not in self._actions else "busy"))
+        if not scene.has_robot(agent) or self._actions.get(agent) is not None:
+            reason = "no robot" if self._actions.get(agent) is None else "busy"
+            return Done(0.0, Outcome("blocked", at, reason=reason))
         self._now = now
         log = self._log_for(agent)
         if isinstance(intent, Travel):
@@ -179,43 +178,22 @@ class Bullet:
                 scene, agent, task, everything_else(scene, agent), log,
                 self._streams.derive(f"push/{self._pushes}") % 2**31,
             )  # fmt: skip
-        self._actions[agent] = Action(intent, manoeuvre, at)
+        self._actions.begin(agent, Action(intent, manoeuvre, at))
         return None
 
     def advance(self, now: float) -> Sequence[Finished]:
         """One control tick for all robots; then whoever's manoeuvre has ended says so."""
         scene = self._open()
         self._now = now
-        finished = []
-        ticks, actions = self._ticks, self._actions
-        for agent in self._agents:
-            action = actions.get(agent)
-            if action is None:
-                continue
-            try:
-                action.go_on(scene, agent, ticks)
-            except StopIteration as end:
-                scene.drive(agent, 0.0, 0.0)
-                del actions[agent]
-                finished.append(Finished(agent, self._outcome(agent, action, end.value)))
+        finished = [Finished(over[0], self._outcome(*over)) for over in self._actions.go_on()]
         scene.tick()
-        self._ticks = ticks = ticks + 1
-        if ticks % POSE_TICKS == 0:
-            rows = self._rows
-            # Half the time of TraceRow(...).
-            for agent, action in actions.items():
-                rows.append(_make(TraceRow, ("poses", (now, "agent", agent, *scene.robot(agent)))))
-                if isinstance(action.intent, Push):
-                    box = action.intent.box
-                    rows.append(_make(TraceRow, ("poses", (now, "box", box, *scene.box(box)))))
+        if scene.ticks % POSE_TICKS == 0:
+            self._record_movers()
         return finished
 
     def cancel(self, agent: int) -> None:
         """Stops the robot where it is."""
-        action = self._actions.pop(agent, None)
-        if action is not None:
-            action.manoeuvre.close()
-            self._open().drive(agent, 0.0, 0.0)
+        self._actions.end(agent)
 
     def leave(self, agent: int) -> None:
         """Takes the robot out of the scene."""
@@ -249,9 +227,8 @@ class Bullet:
 
     def _free_scene(self) -> None:
         if self._scene is not None:
-            for action in self._actions.values():
-                action.manoeuvre.close()
-            self._actions.clear()
+            for agent, _ in self._actions.under_way():
+                self._actions.end(agent)
             self._scene.close()
             self._scene = None
 
@@ -308,6 +285,7 @@ class Bullet:
 
     def _outcome(self, agent: int, action: Action, result: ManoeuvreResult) -> Outcome:
         scene, world, intent = self._open(), self._world, action.intent
+        self._actions.end(agent)
         fault = scene.robot_fault(agent)
         lost = fault is not None or result.reason in FAULTS
         boxes = self._moved_boxes(intent.box if isinstance(intent, Push) else -1)
@@ -339,7 +317,7 @@ class Bullet:
         """Where the pushed box is, and every other box that is no longer where the world has it."""
         scene, world, layout = self._open(), self._world, self._layout
         # What another robot is pushing is told with that push's own outcome.
-        underway = {a.intent.box for a in self._actions.values() if isinstance(a.intent, Push)}
+        underway = {action.intent.box for _, action in self._actions.under_way() if isinstance(action.intent, Push)}
         places = []
         for box in range(len(layout.boxes)):
             if box in underway:
@@ -382,6 +360,16 @@ class Bullet:
         scene = self._open()
         pose = scene.robot(number) if body == "agent" else scene.box(number)
         self._rows.append(TraceRow("poses", (self._now, body, number, *pose)))
+
+    def _record_movers(self) -> None:
+        """Where whoever is doing something is, and the boxes being pushed."""
+        scene, rows, now = self._open(), self._rows, self._now
+        # Half the time of TraceRow(...).
+        for agent, action in self._actions.under_way():
+            rows.append(_make(TraceRow, ("poses", (now, "agent", agent, *scene.robot(agent)))))
+            if isinstance(action.intent, Push):
+                box = action.intent.box
+                rows.append(_make(TraceRow, ("poses", (now, "box", box, *scene.box(box)))))
 
     def _log_for(self, agent: int) -> Log:
         def log(chooser: str, control: str, ticks: int) -> None:

@@ -232,10 +232,11 @@ def _is_smooth(terrain: Terrain, start: tuple[float, float], end: tuple[float, f
     c, s = (end[0] - start[0]) / away, (end[1] - start[1]) / away
     before: float | None = None
     footing = footing_on(terrain)
+    pits = [pit for pit in terrain.pits if math.dist(start, (pit.x, pit.y)) < away + _WHEELS + pit.side]
     for k in range(math.ceil(away / 0.1) + 1):
         along = min(0.1 * k, away)
         x, y = start[0] + along * c - aside * s, start[1] + along * s + aside * c
-        if any(pit.contains(x, y) for pit in terrain.pits):
+        if pits and any(pit.contains(x, y) for pit in pits):
             before = None
             continue
         height = footing.height(x, y)

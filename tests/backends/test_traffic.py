@@ -154,7 +154,9 @@ def test_a_robot_that_backs_towards_another_stops_short_of_it() -> None:
                 yield WheelSpeeds(5.0, 5.0)
 
         scene.place_robot(0, 0.0, 0.0, 0.0, math.pi / 2)
-        backend._actions[0].manoeuvre = forwards()
+        action = backend._actions.get(0)
+        assert action is not None
+        action.manoeuvre = forwards()
         for tick in range(240):
             backend.advance(tick / 60)
             assert not scene.robots_touch(0, 1)
