@@ -4,6 +4,8 @@ from colonysim.physics.shapes cimport wrap
 
 cdef double _NO_LINE, _QUARTER_TURN, _FASTEST
 
+cpdef control_speeds(control, state)
+
 @cython.locals(bearing=double, turn=double)
 cpdef _rotate(double x, double y)
 

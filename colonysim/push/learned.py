@@ -4,7 +4,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from colonysim.physics import BUMPER, Scene, wrap
+from colonysim.physics.robot import BUMPER
+from colonysim.physics.scene import Scene
+from colonysim.physics.shapes import wrap
 from colonysim.push.choosing import Choose
 from colonysim.push.controls import control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
@@ -191,7 +193,7 @@ def push_in_legs(
                 break
             if reason != "done":
                 break
-            reason = yield from _network_part(pilot, leg_task(scene, task, leg), choose, settings)
+            reason = yield from _NetworkPart(pilot, leg_task(scene, task, leg), choose, settings).run()
             if reason == "done" and not leg.hole:
                 continue
             if reason in _FAULTS:
@@ -216,45 +218,62 @@ _NO_WAY = _UNREACHED | {"stuck"}
 _FAULTS = frozenset({"timeout", "in_pit", "flipped", "fallen", "nan", "box fallen"})
 
 
-def _network_part(pilot: Pilot, task: PushTask, choose: Choose, settings: StagedSettings) -> Part:
-    """Let the network choose controls until the leg is done or a guard gives it up."""
-    scene, robot = pilot.scene, pilot.robot
-    state = _look(scene, robot, task)
-    started_at = state.cross_track
-    for _ in range(STEP_LIMIT[task.kind] * STEP_TICKS // settings.ticks):
-        control = choose(state)
-        name, reason = control.name.lower(), ""
-        for tick in range(1, settings.ticks + 1):
-            pilot.note(name, "network")
-            yield control_speeds(control, state)
-            if fault := pilot.fault():
-                return fault
-            state = _look(scene, robot, task)
-            if tick % CHECK_EVERY == 0 or tick == settings.ticks:
-                reason = _leg_verdict(scene, robot, task, state, started_at, settings)
-                if reason:
-                    break
-        pilot.flush()
-        if reason:
-            return reason
-    return "slow"
+class _NetworkPart:
+    """The network's part of a leg: it chooses controls until the leg is done or a guard gives it up.
 
+    Most ticks of a push are spent here; compiled, it calls without detours (`learned.pxd`).
 
-def _leg_verdict(
-    scene: Scene, robot: int, task: PushTask, state: State, started_at: float, settings: StagedSettings
-) -> str:
-    if scene.box_fault(task.box):
-        return "box fallen"
-    verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
-    if task.kind == "hole" and (verdict == "success" or _pressed(scene, robot, task)):
-        # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies, but no
-        # further than the robot may go without falling in.
-        return "done" if _pressed(scene, robot, task) or _lies(scene, task) else ""
-    if verdict == "success" and not short_of_node(state):
-        return "done" if state.distance <= settings.tolerance else "off_node"
-    if math.hypot(state.x_box, state.y_box) > _LEASH:
-        return "robot_far"
-    return guard(task, state, started_at) or ""
+    Args:
+        pilot: The robot.
+        task: The leg, as a push of its own.
+        choose: Chooses the controls.
+        settings: Limits.
+    """
+
+    def __init__(self, pilot: Pilot, task: PushTask, choose: Choose, settings: StagedSettings) -> None:
+        self._pilot, self._task, self._choose = pilot, task, choose
+        self._ticks, self._tolerance = settings.ticks, settings.tolerance
+        self._state = self._look()
+        self._started_at = self._state.cross_track
+
+    def run(self) -> Part:
+        """The controls, tick by tick."""
+        for _ in range(STEP_LIMIT[self._task.kind] * STEP_TICKS // self._ticks):
+            control = self._choose(self._state)
+            name, reason = control.name.lower(), ""
+            for tick in range(1, self._ticks + 1):
+                self._pilot.note(name, "network")
+                yield control_speeds(control, self._state)
+                if fault := self._pilot.fault():
+                    return fault
+                self._state = self._look()
+                if tick % CHECK_EVERY == 0 or tick == self._ticks:
+                    reason = self._verdict()
+                    if reason:
+                        break
+            self._pilot.flush()
+            if reason:
+                return reason
+        return "slow"
+
+    def _look(self) -> State:
+        return _look(self._pilot.scene, self._pilot.robot, self._task)
+
+    def _verdict(self) -> str:
+        """Why the network's part is over; empty while it is not."""
+        scene, robot, task, state = self._pilot.scene, self._pilot.robot, self._task, self._state
+        if scene.box_fault(task.box):
+            return "box fallen"
+        verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
+        if task.kind == "hole" and (verdict == "success" or _pressed(scene, robot, task)):
+            # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies, but no
+            # further than the robot may go without falling in.
+            return "done" if _pressed(scene, robot, task) or _lies(scene, task) else ""
+        if verdict == "success" and not short_of_node(state):
+            return "done" if state.distance <= self._tolerance else "off_node"
+        if math.hypot(state.x_box, state.y_box) > _LEASH:
+            return "robot_far"
+        return guard(task, state, self._started_at) or ""
 
 
 def _lies(scene: Scene, task: PushTask) -> bool:

@@ -95,9 +95,10 @@ def fold(angle: float) -> float:
 def observe(robot: Pose, box: Pose, task: PushTask) -> State:
     """The state of paper Eq. 4 for one robot, one box and one push."""
     x, y, z, _, _, yaw = robot
+    box_x, box_y, box_z, box_roll, box_pitch, box_yaw = box
     goal_x, goal_y = task.goal
     c, s, line = cos(yaw), sin(yaw), task.line
-    bx, by = box.x - x, box.y - y
+    bx, by = box_x - x, box_y - y
     gx, gy = goal_x - x, goal_y - y
     node = task.rim - (PIT_DEPTH if task.kind == "hole" else 0.0)
     yaw_agent = wrap(yaw - line)
@@ -107,9 +108,9 @@ def observe(robot: Pose, box: Pose, task: PushTask) -> State:
         (
             c * bx + s * by,
             -s * bx + c * by,
-            box.z - z,
-            _tilt(box, line),
-            wrap(fold(box.yaw - line) - yaw_agent),
+            box_z - z,
+            _tilt(box_roll, box_pitch, box_yaw, line),
+            wrap(fold(box_yaw - line) - yaw_agent),
             c * gx + s * gy,
             -s * gx + c * gy,
             node - z,
@@ -118,9 +119,8 @@ def observe(robot: Pose, box: Pose, task: PushTask) -> State:
     )
 
 
-def _tilt(box: Pose, line: float) -> float:
+def _tilt(roll: float, pitch: float, yaw: float, line: float) -> float:
     """Rise of the box's own up axis against the push line; Euler angles of a box turned 90 degrees swap."""
-    _, _, _, roll, pitch, yaw = box
     sr, cr = sin(roll), cos(roll)
     sp, cp = sin(pitch), cos(pitch)
     sy, cy = sin(yaw), cos(yaw)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from colonysim.physics.robot import WheelSpeeds as WheelSpeeds
@@ -23,6 +23,7 @@ class PushTask:
         kind: What the goal is: level ground, the end of a slope, or a pit.
         rim: Height of the ground at the goal (of the pit's rim), metres.
         pit: Index of the goal's pit in the terrain; None unless the kind is `"hole"`.
+        line: Heading of the push line, radians.
     """
 
     box: int
@@ -31,11 +32,11 @@ class PushTask:
     kind: Kind
     rim: float
     pit: int | None = None
+    line: float = field(init=False, repr=False, compare=False)
 
-    @property
-    def line(self) -> float:
-        """Heading of the push line, radians."""
-        return math.atan2(self.goal[1] - self.start[1], self.goal[0] - self.start[0])
+    def __post_init__(self) -> None:
+        line = math.atan2(self.goal[1] - self.start[1], self.goal[0] - self.start[0])
+        object.__setattr__(self, "line", line)  # asked for in every tick of a push
 
     @property
     def length(self) -> float:
