@@ -88,6 +88,9 @@ class Rows:
         now_at: int | None = None,
     ) -> None:
         """Something happened now; the arguments are the columns of `Event`, nodes and holes by index."""
+        heard = self._heard(kind)
+        if not heard and self._write is None:
+            return
         numbers, now = self._numbers, self.now
         # Event(...) itself takes three times as long, and there is no more frequent object.
         event = tuple.__new__(
@@ -97,9 +100,9 @@ class Rows:
                 reason, step, now if began is None else began, numbers[node if now_at is None else now_at],
             ),
         )  # fmt: skip
-        if self._heard(kind):
+        if heard:
             self.events.append(event)
-        if self._write:
+        if self._write is not None:
             self._write("events", event)
 
     def decision(

@@ -1,0 +1,7 @@
+"""How fast colonies run, against bare SimPy timeouts as the yardstick; `colonysim bench`."""
+
+from colonysim.bench.cases import CASES, Case
+from colonysim.bench.measuring import Figures, measure
+from colonysim.bench.report import compared, report, save, stored
+
+__all__ = ["CASES", "Case", "Figures", "compared", "measure", "report", "save", "stored"]

@@ -1,0 +1,121 @@
+"""Timing one colony beside the yardstick, in a process of its own so that its memory is its own too."""
+
+from __future__ import annotations
+
+import multiprocessing
+import random
+import statistics
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from colonysim.bench.cases import CASES, SEED, Case
+from colonysim.recording import run
+from colonysim.simulation import simulate
+from colonysim.simulation.yardstick import timeouts_per_second
+
+if TYPE_CHECKING:
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["Figures", "measure"]
+
+TIMEOUTS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What a case showed.
+
+    Attributes:
+        case: Its name.
+        agents: How many.
+        steps: Steps that were begun, over all agents and episodes of one round.
+        build_seconds: Building the scenario.
+        seconds: Running it, by round.
+        timeouts: The yardstick: bare SimPy timeouts a second with as many processes, by round.
+        peak_mb: Largest resident memory of the process that built and ran it once, megabytes; None where the system
+            does not tell.
+    """
+
+    case: str
+    agents: int
+    steps: int
+    build_seconds: float
+    seconds: tuple[float, ...]
+    timeouts: tuple[float, ...]
+    peak_mb: float | None
+
+    @property
+    def rate(self) -> float:
+        """Steps a second, the median of the rounds."""
+        return statistics.median(self.steps / taken for taken in self.seconds)
+
+    @property
+    def ratio(self) -> float:
+        """Steps a second over timeouts a second, the median of the rounds; both of a round were taken in turn."""
+        pairs = zip(self.seconds, self.timeouts, strict=True)
+        return statistics.median(self.steps / taken / timeouts for taken, timeouts in pairs)
+
+
+def measure(name: str, rounds: int = 5) -> Figures:
+    """Times a case and the yardstick in turn.
+
+    Args:
+        name: One of `CASES`.
+        rounds: How often; medians are what counts.
+    """
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(_measure, name, rounds).result()
+
+
+def _measure(name: str, rounds: int) -> Figures:
+    case = CASES[name]
+    began = time.perf_counter()
+    scenario = case.make()
+    built = time.perf_counter() - began
+    steps = 0
+    if not case.traced:
+        # Counted in a run of its own, which also warms up what is loaded at first use.
+        events = simulate(scenario, episodes=case.episodes, seed=SEED, kinds=["end"])
+        steps = sum(event.kind == "end" for event in events)
+    seconds: list[float] = []
+    timeouts: list[float] = []
+    agents, peak = len(scenario.agents), None
+    for _ in range(rounds):
+        taken, steps = _traced(case, scenario) if case.traced else (_bare(case, scenario), steps)
+        peak = peak or _peak_mb()  # before the yardstick's own processes
+        seconds.append(taken)
+        timeouts.append(timeouts_per_second(agents, max(TIMEOUTS, 2 * agents), random.Random(SEED)))
+    return Figures(name, agents, steps, built, tuple(seconds), tuple(timeouts), peak)
+
+
+def _peak_mb() -> float | None:
+    """Largest resident memory of this process so far, megabytes."""
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    # Linux counts in kilobytes, macOS in bytes.
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _bare(case: Case, scenario: Scenario) -> float:
+    """Seconds of the episodes when nobody asks for more than how they ended."""
+    began = time.perf_counter()
+    for _ in simulate(scenario, episodes=case.episodes, seed=SEED, kinds=["episode"]):
+        pass
+    return time.perf_counter() - began
+
+
+def _traced(case: Case, scenario: Scenario) -> tuple[float, int]:
+    """Seconds of a recorded run, and its steps."""
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        done = run(scenario, episodes=case.episodes, seed=SEED, out=Path(folder) / "run")
+        taken = time.perf_counter() - began
+        steps: int = done.manifest["rows"]["decisions"]
+    return taken, steps

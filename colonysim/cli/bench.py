@@ -1,0 +1,82 @@
+"""`colonysim bench`: how fast colonies run on this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["EXAMPLES", "command"]
+
+EXAMPLES = """\b
+Examples:
+  colonysim bench
+  colonysim bench hard boxes-1000 --rounds 3
+  colonysim bench --save before.json     (change something)
+  colonysim bench --compare before.json
+"""
+
+
+def command(
+    cases: Annotated[
+        list[str] | None, typer.Argument(help="Cases; see --list. [default: the common ones]", show_default=False)
+    ] = None,
+    rounds: Annotated[int, typer.Option("--rounds", "-n", min=1, help="Rounds; medians are shown.")] = 5,
+    save_to: Annotated[Path | None, typer.Option("--save", metavar="FILE", help="Keep the figures.")] = None,
+    compare: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Show how much faster each case is than in a kept file.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    list_cases: Annotated[bool, typer.Option("--list", help="Say which cases there are.")] = False,
+) -> None:
+    """Time colonies of many sizes beside bare SimPy timeouts.
+
+    The ratio is steps a second over bare timeouts a second with as many processes, taken in turn: it says
+    more than either of them on a machine that does other things too.
+    """
+    from colonysim.bench import CASES, compared, measure, report, save, stored
+    from colonysim.cli.console import print_json, print_table, say
+    from colonysim.errors import ColonysimError
+    from colonysim.suggest import nearest
+
+    if list_cases:
+        print_table(["case", "what runs"], [[case.name, case.about] for case in CASES.values()])
+        return
+    for name in cases or ():
+        if name not in CASES:
+            raise ColonysimError(f"no case {name!r}; {nearest(name, CASES)}")
+    before = stored(compare) if compare is not None else None
+    figures = []
+    for name in cases or [case.name for case in CASES.values() if case.common]:
+        say(f"{name}: {CASES[name].about}")
+        figures.append(measure(name, rounds))
+    document = report(figures)
+    if save_to is not None:
+        save(document, save_to)
+    faster = compared(document, before) if before is not None else {}
+    if as_json:
+        print_json(document | {"faster": faster} if before is not None else document)
+        return
+    columns = ["case", ">agents", ">steps", ">steps/s", ">timeouts/s", ">ratio", ">build s", ">peak MB"]
+    if before is not None:
+        columns.append(">against before")
+    machine = document["machine"]
+    about = f"{machine['processor']}, Python {machine['python']}, SimPy {machine['simpy']}"
+    kind = "compiled" if machine["compiled"] else "not compiled"
+    title = f"medians of {rounds} rounds; {about}; colonysim {machine['colonysim']}, {kind}"
+    print_table(columns, [_cells(row, faster, before is not None) for row in document["rows"]], title)
+
+
+def _cells(row: Mapping[str, Any], faster: Mapping[str, float], against: bool) -> list[str]:
+    peak = "-" if row["peak_mb"] is None else f"{row['peak_mb']:.0f}"
+    cells = [
+        row["case"], f"{row['agents']:,}", f"{row['steps']:,}", f"{row['rate']:,.0f}", f"{row['timeout_rate']:,.0f}",
+        f"{row['ratio']:.3f}", f"{row['build_seconds']:.2f}", peak,
+    ]  # fmt: skip
+    if against:
+        cells.append(f"{faster[row['case']]:.2f}" if row["case"] in faster else "new")
+    return cells

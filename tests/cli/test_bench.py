@@ -1,0 +1,66 @@
+"""`colonysim bench`: figures, files and comparisons; no test looks at how fast anything is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from colonysim.bench import CASES, compared, measure, report, save, stored
+from colonysim.cli import app
+from colonysim.errors import ColonysimError
+
+
+def colonysim(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def document() -> dict[str, Any]:
+    return report([measure("hard", rounds=2)])
+
+
+def test_every_round_has_a_time_and_a_yardstick(document: dict[str, Any]) -> None:
+    (row,) = document["rows"]
+    assert row["agents"] == 4 and len(row["seconds"]) == len(row["timeouts"]) == 2
+    # 30 episodes of at least 20 steps of somebody, and no more than the scenario allows.
+    assert 600 < row["steps"] < 30 * 4 * CASES["hard"].make().max_steps
+    assert row["ratio"] == pytest.approx(
+        sum(row["steps"] / s / t for s, t in zip(row["seconds"], row["timeouts"], strict=True)) / 2
+    )
+    assert row["peak_mb"] is None or 10 < row["peak_mb"] < 1000
+
+
+def test_a_kept_report_is_compared_case_by_case(document: dict[str, Any], tmp_path: Path) -> None:
+    slower = json.loads(json.dumps(document))
+    slower["rows"][0]["ratio"] /= 2
+    slower["rows"].append(slower["rows"][0] | {"case": "travel-10"})
+    save(slower, tmp_path / "kept" / "before.json")
+    assert compared(document, stored(tmp_path / "kept" / "before.json")) == {"hard": pytest.approx(2.0)}
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 1, "rows": [{"case": "hard"}]}', '{"format": 9}'])
+def test_what_is_no_report_is_said_to_be_none(text: str, tmp_path: Path) -> None:
+    (tmp_path / "other.json").write_text(text, encoding="utf-8")
+    with pytest.raises(ColonysimError, match=r"other\.json"):
+        stored(tmp_path / "other.json")
+    result = colonysim("bench", "hard", "--compare", tmp_path / "other.json")
+    assert result.exit_code == 2 and "other.json" in result.output
+
+
+def test_cases_are_listed_and_a_wrong_one_is_answered_with_the_nearest() -> None:
+    listed = colonysim("bench", "--list").stdout
+    assert all(name in listed for name in CASES)
+    result = colonysim("bench", "hrad")
+    assert result.exit_code == 2 and "hard" in result.output
+
+
+@pytest.mark.parametrize("name", ["boxes-50", "travel-10"])
+def test_cases_are_what_they_say(name: str) -> None:
+    scenario = CASES[name].make()
+    assert len(scenario.agents) == int(name.rpartition("-")[2])
+    share = len(scenario.boxes) / len(scenario.topology)
+    assert share == (pytest.approx(0.05) if "boxes" in name else 0.0)
