@@ -101,7 +101,7 @@ class TrainingConfig:
     learner: LearnerConfig = IMPROVED_LEARNER
     gamma: float = 0.991
     steps: int = 6
-    buffer: int = 100_000
+    buffer: int = 150_000
     batch: int = 128
     explore: int = 6_000
     demonstrations: float = 0.7
@@ -111,7 +111,7 @@ class TrainingConfig:
     epsilon: float = 0.15
     epsilon_decay: float = 0.999
     epsilon_floor: float = 0.02
-    actions: int | None = 48_000
+    actions: int | None = 144_000
     episodes: int | None = None
     train_block: int = 100
     test_block: int = 20
@@ -124,9 +124,9 @@ class TrainingConfig:
         StartMix("fine", 0.15, guards=True),
     )
     score_blocks: int = 3
-    candidates: int = 4
-    playoff: int = 8
-    final: int = 24
+    candidates: int = 5
+    playoff: int = 16
+    final: int = 40
 
 
 PRESETS: dict[str, TrainingConfig] = {
