@@ -9,6 +9,7 @@ import json
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -69,17 +70,24 @@ def load_model(source: str | Path, kind: str) -> Model:
     Raises:
         ModelError: It is missing, damaged, of another kind, or holds a value that is no finite number.
     """
-    card_file: Traversable
-    data_file: Traversable
     if isinstance(source, str) and not source.endswith((".json", ".npz")):
-        folder = files("colonysim.push").joinpath("models")
-        card_file, data_file = folder.joinpath(f"{source}.json"), folder.joinpath(f"{source}.npz")
-        if not card_file.is_file():
-            raise ModelError(f"no shipped model {source!r}; there are {', '.join(shipped_models()) or 'none'}")
-    else:
-        card_file, data_file = Path(source).with_suffix(".json"), Path(source).with_suffix(".npz")
-        if not card_file.is_file():
-            raise ModelError(f"{card_file}: no such model card")
+        return _shipped_model(source, kind)
+    card_file, data_file = Path(source).with_suffix(".json"), Path(source).with_suffix(".npz")
+    if not card_file.is_file():
+        raise ModelError(f"{card_file}: no such model card")
+    return _read_model(card_file, data_file, kind)
+
+
+@cache  # they stay as they are, and every backend of a sweep asks for them
+def _shipped_model(name: str, kind: str) -> Model:
+    folder = files("colonysim.push").joinpath("models")
+    card_file, data_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.npz")
+    if not card_file.is_file():
+        raise ModelError(f"no shipped model {name!r}; there are {', '.join(shipped_models()) or 'none'}")
+    return _read_model(card_file, data_file, kind)
+
+
+def _read_model(card_file: Traversable, data_file: Traversable, kind: str) -> Model:
     name = card_file.name.removesuffix(".json")
     card = _read_card(card_file)
     if card.get("format") != FORMAT or card.get("kind") != kind:

@@ -115,3 +115,10 @@ def test_running_a_push_needs_neither_torch_nor_scikit_learn() -> None:
         "bad = {'torch', 'sklearn', 'pickle5', 'gymnasium'} & set(sys.modules); assert not bad, bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_shipped_estimates_were_fitted_to_the_shipped_network() -> None:
+    network = load_model("push", "q-network").card["sha256"]
+    for name, kind in (("feasibility", "forest"), ("way", "logistic")):
+        how = load_model(name, kind).card["how"]
+        assert how["network"] == network, name
