@@ -1,0 +1,108 @@
+// The map: two canvases, one for what lies still and one for what moves, and the right amount of detail for both.
+
+import { Camera } from "./camera.js";
+import { drawFarGround, drawFarThings, Pixels } from "./far.js";
+import { drawGround, landShares } from "./ground.js";
+import { sharpen } from "./shapes.js";
+import { drawThings } from "./things.js";
+
+const FAR = 9; // pixels between two nodes below which the place is seen from far away
+const FAR_PAUSE = 120; // milliseconds between two drawings of a large place's pheromones
+
+export class MapView {
+  constructor(run, replay, ground, things) {
+    Object.assign(this, { run, replay, groundCanvas: ground, thingsCanvas: things });
+    this.layer = null;
+    this.agent = -1;
+    this.decision = null;
+    this.goal = run.goal;
+    this.land = landShares(run);
+    this.length = meanLength(run);
+    this.camera = new Camera(boundsOf(run, this.length));
+    this.pixels = [new Pixels(), new Pixels()];
+    this.drawnAt = 0;
+  }
+
+  resize() {
+    this.camera.resize(this.thingsCanvas.clientWidth, this.thingsCanvas.clientHeight);
+    this.drawnPlace = "";
+  }
+
+  get far() { return this.unit < FAR; }
+
+  draw(now) {
+    this.unit = this.length * this.camera.scale;
+    this.dot = Math.min(Math.max(0.2 * this.unit, 1.5), 17);
+    const marks = this.layer ? this.replay.markVersion : 0;
+    const place = [this.camera.version, this.replay.surfaceVersion, this.theme, this.layer?.field, this.layer?.key, this.replay.episode].join();
+    const stale = place !== this.drawnPlace || (marks !== this.drawnMarks && (!this.far || now - this.drawnAt > FAR_PAUSE));
+    // A box that leaves a pit is drawn with what moves: then the pit is drawn anew.
+    const pushed = this.far ? "" : this.replay.pushed.join("");
+    if (stale || pushed !== this.drawnPushed) {
+      [this.drawnPlace, this.drawnMarks, this.drawnAt, this.drawnPushed] = [place, marks, now, pushed];
+      this.paint(this.groundCanvas, this.pixels[0], drawGround, drawFarGround);
+    }
+    this.paint(this.thingsCanvas, this.pixels[1], drawThings, drawFarThings);
+  }
+
+  paint(canvas, pixels, near, far) {
+    const { pen, width, height, ratio } = sharpen(canvas);
+    if (this.far) {
+      pixels.resize(canvas.width, canvas.height, ratio);
+      far(pixels, this);
+      pixels.show(canvas);
+      return;
+    }
+    pen.clearRect(0, 0, width, height);
+    near(pen, this);
+  }
+
+  clear() {
+    const { pen, width, height } = sharpen(this.thingsCanvas);
+    pen.clearRect(0, 0, width, height);
+    return pen;
+  }
+
+  /** What lies at a point of the screen: { agent }, { box }, { hole } (its node), or {}. */
+  find(px, py) {
+    const { camera, replay, run } = this;
+    const reach = Math.max(1.6 * this.dot, 14);
+    const nearest = (count, place) => {
+      let found = -1, best = reach;
+      for (let i = 0; i < count; i++) {
+        const at = place(i);
+        if (!at) continue;
+        const away = Math.hypot(camera.screenX(at[0]) - px, camera.screenY(at[1]) - py);
+        if (away < best) [found, best] = [i, away];
+      }
+      return [found, best];
+    };
+    const [agent, near] = nearest(replay.agentX.length, (i) => replay.state[i] !== 1 && [replay.agentX[i], replay.agentY[i]]);
+    const [box, nearer] = nearest(replay.boxX.length, (i) => [replay.boxX[i], replay.boxY[i]]);
+    const [hole] = nearest(run.holes.length, (i) => [run.nodes.x[run.holes[i][0]], run.nodes.y[run.holes[i][0]]]);
+    const found = {};
+    if (hole >= 0) found.hole = run.holes[hole][0];
+    if (box >= 0) found.box = box;
+    if (agent >= 0 && (box < 0 || near <= nearer + 0.9 * this.dot)) found.agent = agent;
+    return found;
+  }
+}
+
+function meanLength({ nodes, edges }) {
+  let sum = 0;
+  for (let e = 0; e < edges.a.length; e++) {
+    sum += Math.hypot(nodes.x[edges.a[e]] - nodes.x[edges.b[e]], nodes.y[edges.a[e]] - nodes.y[edges.b[e]]);
+  }
+  return edges.a.length ? sum / edges.a.length : 1;
+}
+
+function boundsOf({ nodes }, length) {
+  let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < nodes.x.length; i++) {
+    west = Math.min(west, nodes.x[i]);
+    east = Math.max(east, nodes.x[i]);
+    south = Math.min(south, nodes.y[i]);
+    north = Math.max(north, nodes.y[i]);
+  }
+  return [west - 0.8 * length, south - 0.8 * length, east + 0.8 * length, north + 0.8 * length];
+}
