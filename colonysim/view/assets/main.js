@@ -2,6 +2,7 @@
 
 import { watchPointers } from "./camera.js";
 import { drawResults, drawScale, drawTicks, episodeAt } from "./charts.js";
+import { isBlocked } from "./ground.js";
 import { MapView } from "./map.js";
 import { keyOf, layerOf, noteOf, titleOf } from "./marks.js";
 import { readColours } from "./palette.js";
@@ -111,6 +112,7 @@ class Page {
     this.playing = playing;
     byId("play").classList.toggle("going", playing);
     byId("play").setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.write();
   }
 
   seek(time) {
@@ -130,7 +132,11 @@ class Page {
     const passed = Math.min(now - (this.last ?? now), 250);
     this.last = now;
     if (this.playing) this.advance(passed, now);
-    this.draw(now);
+    const state = this.state();
+    if (state !== this.drawn || this.view.late) {
+      this.drawn = state;
+      this.draw(now);
+    }
     if (now - (this.written ?? 0) > WORDS_PAUSE && this.playing) {
       this.written = now;
       this.write();
@@ -152,6 +158,12 @@ class Page {
   }
 
   // -- what is shown ---------------------------------------------------------------------------------------------
+
+  /** What the picture depends on: while it stays the same nothing is drawn. */
+  state() {
+    const { replay, view } = this;
+    return [replay.episode, replay.time, replay.cursor, this.agent, this.layer?.field, this.layer?.key, this.theme, view.version, view === this.map].join();
+  }
 
   draw(now) {
     this.view.decision = this.agent >= 0 ? this.lastDecision() : null;
@@ -264,6 +276,7 @@ class Page {
 
   resized() {
     this.map.resize();
+    this.scene?.resize();
     this.themed(); // the small pictures too have a new size
   }
 
@@ -349,6 +362,6 @@ unpack(data.textContent).then((run) => {
   const page = new Page(run);
   page.showField(null);
   page.choose(-1);
-  // For tests and benchmarks, which drive the page from outside.
-  window.colonysim = page;
+  // For tests, benchmarks and the curious, who drive the page from outside.
+  window.colonysim = Object.assign(page, { isBlocked });
 });

@@ -28,6 +28,8 @@ export class MapView {
     this.drawnPlace = "";
   }
 
+  get version() { return this.camera.version; }
+
   get far() { return this.unit < FAR; }
 
   draw(now) {
@@ -35,7 +37,9 @@ export class MapView {
     this.dot = Math.min(Math.max(0.2 * this.unit, 1.5), 17);
     const marks = this.layer ? this.replay.markVersion : 0;
     const place = [this.camera.version, this.replay.surfaceVersion, this.theme, this.layer?.field, this.layer?.key, this.replay.episode].join();
-    const stale = place !== this.drawnPlace || (marks !== this.drawnMarks && (!this.far || now - this.drawnAt > FAR_PAUSE));
+    const behind = marks !== this.drawnMarks;
+    const stale = place !== this.drawnPlace || (behind && (!this.far || now - this.drawnAt > FAR_PAUSE));
+    this.late = behind && !stale; // to be drawn even if nothing else changes
     // A box that leaves a pit is drawn with what moves: then the pit is drawn anew.
     const pushed = this.far ? "" : this.replay.pushed.join("");
     if (stale || pushed !== this.drawnPushed) {

@@ -15,6 +15,7 @@ export class SceneView {
   constructor(run, replay, canvas) {
     Object.assign(this, { run, replay, canvas });
     this.solids = new Solids(canvas);
+    this.version = 0;
     this.layer = null;
     this.agent = -1;
     this.decision = null;
@@ -30,9 +31,11 @@ export class SceneView {
     this.distance = 1;
     this.heading = -Math.PI / 2;
     this.tilt = 0.95;
+    this.version++;
   }
 
   drag(dx, dy, second) {
+    this.version++;
     if (!second) {
       this.heading -= dx * 0.006;
       this.tilt = Math.min(Math.max(this.tilt + dy * 0.006, 0.08), 1.55);
@@ -44,7 +47,12 @@ export class SceneView {
     this.target[1] += step * (-c * dx + s * -dy);
   }
 
-  zoom(factor) { this.distance = Math.min(Math.max(this.distance / factor, 0.12), 3); }
+  zoom(factor) {
+    this.distance = Math.min(Math.max(this.distance / factor, 0.12), 3);
+    this.version++;
+  }
+
+  resize() { this.version++; }
 
   far() {
     const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);

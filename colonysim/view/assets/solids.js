@@ -65,7 +65,7 @@ void main() {
   }
   shown = vec4(colour.rgb * light, 1.0);
   // Where two slabs meet, their tops lie before the sides that they share.
-  gl_FragDepth = gl_FragCoord.z + (n.z < 0.5 ? 2e-5 : 0.0);
+  gl_FragDepth = gl_FragCoord.z + (n.z < 0.5 ? 1e-4 : 0.0);
 }`;
 
 export class Solids {
