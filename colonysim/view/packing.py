@@ -64,7 +64,7 @@ class Block:
     def compressed(self) -> bytes:
         """The whole block under gzip; equal blocks give equal bytes."""
         head = json.dumps({**self.head, "columns": self._columns}, ensure_ascii=False, separators=(",", ":")).encode()
-        return gzip.compress(struct.pack("<I", len(head)) + head + bytes(self._bytes), mtime=0)
+        return gzip.compress(struct.pack("<I", len(head)) + head + bytes(self._bytes), 6, mtime=0)
 
 
 def unpack(packed: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

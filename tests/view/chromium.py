@@ -1,4 +1,4 @@
-"""Headless Chromium, driven from outside as a person would; the distribution's packages chromium and chromium-driver."""
+"""Headless Chromium, driven as a person would; from the distribution's packages chromium and chromium-driver."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def test_pheromones_begin_an_episode_as_the_last_one_left_them_and_time_wore_the
     head, columns = unpack(gather(hard, [2, 3]).compressed())
     index = hard.scenario.topology.index
     first = columns["starts.first"]
-    for episode, (begin, end) in zip((2, 3), zip(first, first[1:], strict=False), strict=True):
+    for episode, (begin, end) in zip((2, 3), itertools.pairwise(first), strict=True):
         found = {}
         for slot, value in zip(columns["starts.slot"][begin:end], columns["starts.value"][begin:end], strict=True):
             field, place, key = (int(columns[f"slots.{name}"][slot]) for name in ("field", "place", "key"))
@@ -55,7 +56,7 @@ def test_pheromones_begin_an_episode_as_the_last_one_left_them_and_time_wore_the
 
 def test_every_row_of_the_chosen_episodes_is_there(hard: colonysim.Run) -> None:
     _, columns = unpack(gather(hard, [2]).compressed())
-    events = [event for event in hard.events(2)]
+    events = list(hard.events(2))
     assert len(columns["events.time"]) == len(events)
     ids = hard.scenario.topology.ids
     assert [ids[node] for node in columns["events.node"] if node >= 0] == [e.node for e in events if e.node >= 0]

@@ -150,8 +150,8 @@ def click_at(browser: Any, x: float, y: float) -> None:
 def test_a_click_on_an_agent_shows_its_last_decision(page: Any, hard: colonysim.Run) -> None:
     ask(page, "page.seek(4000)")
     agent = ask(page, "return page.replay.state.indexOf(0)")
-    place = ask(page, f"const c = page.map.camera; page.map.draw(0); "
-                      f"return [c.screenX(page.replay.agentX[{agent}]), c.screenY(page.replay.agentY[{agent}])]")  # fmt: skip
+    script = f"const c = page.map.camera, i = {agent}; page.map.draw(0); "
+    place = ask(page, script + "return [c.screenX(page.replay.agentX[i]), c.screenY(page.replay.agentY[i])]")
     click_at(page, *place)
     chosen = ask(page, "return page.agent")
     assert chosen >= 0

@@ -141,6 +141,7 @@ class Page {
       this.written = now;
       this.write();
     }
+    if (!this.frames) performance.mark("first frame");
     this.frames = (this.frames ?? 0) + 1;
     requestAnimationFrame((next) => this.frame(next));
   }
