@@ -21,7 +21,10 @@ export class Pixels {
     const { width, height } = this.image;
     const left = Math.max(0, Math.round(x * this.ratio - size / 2)), right = Math.min(width, left + size);
     const top = Math.max(0, Math.round(y * this.ratio - size / 2)), bottom = Math.min(height, top + size);
-    for (let row = top; row < bottom; row++) this.words.fill(colour, row * width + left, row * width + right);
+    const { words } = this;
+    for (let row = top * width; row < bottom * width; row += width) {
+      for (let at = row + left; at < row + right; at++) words[at] = colour; // a call of fill() takes longer
+    }
   }
 
   show(canvas) { canvas.getContext("2d").putImageData(this.image, 0, 0); }

@@ -1,7 +1,7 @@
 // What lies still: land, edges, nodes with their pheromone, holes and how full they are. Drawn when it changes.
 
 import { mix, onScale, scaleStyle, style } from "./palette.js";
-import { diamond, disc, segment, square, word } from "./shapes.js";
+import { diamond, segment, square, Stamp, word } from "./shapes.js";
 import { shareOf } from "./marks.js";
 
 /** Heights of the place: each node's bare ground (a hole's rim), from 0 (lowest) to 1. */
@@ -22,16 +22,25 @@ export function isBlocked(run, surface, edge) {
   return Math.abs(surface[b[edge]] - surface[a[edge]] - rise[edge]) >= run.reach - 1e-5;
 }
 
-export function drawGround(pen, view) {
-  const { run, camera } = view;
+/** Land and edges: what changes only with the surfaces. */
+export function drawPlace(pen, view) {
+  const place = onScreen(view);
+  drawLand(pen, view, place);
+  drawEdges(pen, view, place);
+}
+
+/** Nodes and holes, with what lies on them and in them. */
+export function drawMarks(pen, view) {
+  const place = onScreen(view);
+  drawNodes(pen, view, place);
+  drawHoles(pen, view, place);
+}
+
+function onScreen({ run, camera }) {
   const xs = Float32Array.from(run.nodes.x, (x) => camera.screenX(x));
   const ys = Float32Array.from(run.nodes.y, (y) => camera.screenY(y));
   const seen = (i, room) => xs[i] > -room && ys[i] > -room && xs[i] < camera.width + room && ys[i] < camera.height + room;
-  const place = { xs, ys, seen };
-  drawLand(pen, view, place);
-  drawEdges(pen, view, place);
-  drawNodes(pen, view, place);
-  drawHoles(pen, view, place);
+  return { xs, ys, seen };
 }
 
 /** Land is where edges are: broad strokes, low ground first, with a coast around all of it. */
@@ -113,20 +122,13 @@ function drawNodes(pen, { run, colours, dot, replay, layer, goal }, { xs, ys, se
     if (!Number.isNaN(value)) shown.set(node, shareOf(layer, value));
   });
   const holes = new Set(run.holes.map(([node]) => node));
-  const plain = new Path2D();
+  const stamp = new Stamp(dot, css["node-line"], 1, window.devicePixelRatio || 1);
   const numbered = dot > 8;
   for (let i = 0; i < xs.length; i++) {
     if (!seen(i, dot) || holes.has(i)) continue;
-    if (shown.has(i)) disc(pen, xs[i], ys[i], dot, scaleStyle(shown.get(i)), css["node-line"], 1);
-    else { plain.moveTo(xs[i] + dot, ys[i]); plain.arc(xs[i], ys[i], dot, 0, 2 * Math.PI); }
+    // On 64 steps of the scale, each of which is painted once.
+    stamp.draw(pen, xs[i], ys[i], shown.has(i) ? scaleStyle(Math.round(63 * shown.get(i)) / 63) : css.node);
   }
-  pen.fillStyle = layer ? css.card : css.node;
-  pen.strokeStyle = css["node-line"];
-  pen.lineWidth = 1;
-  pen.globalAlpha = layer ? 0.75 : 1;
-  pen.fill(plain);
-  pen.globalAlpha = 1;
-  pen.stroke(plain);
   diamond(pen, xs[goal], ys[goal], 1.75 * dot, null, css.goal, Math.max(2, dot / 4));
   if (dot <= 5) diamond(pen, xs[goal], ys[goal], dot + 2, css.goal);
   if (!numbered) return;

@@ -13,7 +13,7 @@ import { unpack } from "./unpack.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 500];
 const EPISODE_SECONDS = 25; // how long an episode takes unless another speed is chosen
-const WORDS_PAUSE = 100; // milliseconds between two updates of what is written
+const WORDS_PAUSE = 150; // milliseconds between two updates of what is written
 const BETWEEN = 700; // milliseconds from an episode's end to the next one
 
 const byId = (id) => document.getElementById(id);
@@ -188,7 +188,7 @@ class Page {
     byId("caption").textContent = row < replay.last ? describe(run, row).text : "";
     byId("things").setAttribute("aria-label", `The place at ${seconds(replay.time)}: ${byId("caption").textContent}`);
     showAgent(byId("chosen"), run, replay, this.agent, this.agent >= 0 ? this.lastDecision() : null);
-    this.list.show();
+    this.list.show(this.playing);
   }
 
   show(name) {

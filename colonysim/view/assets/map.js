@@ -2,12 +2,13 @@
 
 import { Camera } from "./camera.js";
 import { drawFarGround, drawFarThings, Pixels } from "./far.js";
-import { drawGround, landShares } from "./ground.js";
+import { drawMarks, drawPlace, landShares } from "./ground.js";
 import { sharpen } from "./shapes.js";
 import { drawThings } from "./things.js";
 
-const FAR = 9; // pixels between two nodes below which the place is seen from far away
-const FAR_PAUSE = 120; // milliseconds between two drawings of a large place's pheromones
+const FAR = 16; // pixels between two nodes below which the place is seen from far away
+const LARGE = 2000; // nodes of a place whose pheromones are not drawn anew in every frame ...
+const PAUSE = 120; // ... but after so many milliseconds
 
 export class MapView {
   constructor(run, replay, ground, things) {
@@ -38,13 +39,14 @@ export class MapView {
     const marks = this.layer ? this.replay.markVersion : 0;
     const place = [this.camera.version, this.replay.surfaceVersion, this.theme, this.layer?.field, this.layer?.key, this.replay.episode].join();
     const behind = marks !== this.drawnMarks;
-    const stale = place !== this.drawnPlace || (behind && (!this.far || now - this.drawnAt > FAR_PAUSE));
+    const stale = place !== this.drawnPlace || (behind && (this.land.length < LARGE || now - this.drawnAt > PAUSE));
     this.late = behind && !stale; // to be drawn even if nothing else changes
     // A box that leaves a pit is drawn with what moves: then the pit is drawn anew.
     const pushed = this.far ? "" : this.replay.pushed.join("");
     if (stale || pushed !== this.drawnPushed) {
+      if (place !== this.drawnPlace && !this.far) this.paintPlace();
       [this.drawnPlace, this.drawnMarks, this.drawnAt, this.drawnPushed] = [place, marks, now, pushed];
-      this.paint(this.groundCanvas, this.pixels[0], drawGround, drawFarGround);
+      this.paint(this.groundCanvas, this.pixels[0], (pen) => this.paintMarks(pen), drawFarGround);
     }
     this.paint(this.thingsCanvas, this.pixels[1], drawThings, drawFarThings);
   }
@@ -59,6 +61,19 @@ export class MapView {
     }
     pen.clearRect(0, 0, width, height);
     near(pen, this);
+  }
+
+  paintPlace() {
+    const { ratio, width, height } = sharpen(this.groundCanvas);
+    this.place = new OffscreenCanvas(Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio)));
+    const pen = this.place.getContext("2d");
+    pen.scale(ratio, ratio);
+    drawPlace(pen, this);
+  }
+
+  paintMarks(pen) {
+    pen.drawImage(this.place, 0, 0, this.camera.width, this.camera.height);
+    drawMarks(pen, this);
   }
 
   clear() {

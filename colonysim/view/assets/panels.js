@@ -81,7 +81,7 @@ function decisionTable(run, decision) {
   return make("table", {}, caption, make("tbody", {}, ...rows));
 }
 
-const AROUND = 60;
+const AROUND = 60, AROUND_PLAYING = 12;
 
 /** The events around the present one; `pick(row)` is called with the one that is clicked. */
 export class EventList {
@@ -94,13 +94,13 @@ export class EventList {
     });
   }
 
-  show() {
+  show(playing) {
     const { replay } = this;
     const now = Math.max(replay.cursor - 1, replay.first);
-    const key = [replay.episode, now, this.only].join();
+    const key = [replay.episode, now, this.only, playing].join();
     if (key === this.shown) return;
     this.shown = key;
-    const rows = this.around(now);
+    const rows = this.around(now, playing ? AROUND_PLAYING : AROUND);
     const made = rows.map((row) => {
       const { text, bad } = describe(this.run, row);
       const time = make("time", {}, seconds(this.run.events.time[row]));
@@ -112,12 +112,12 @@ export class EventList {
     if (present) this.element.scrollTop = present.offsetTop - this.element.offsetTop - this.element.clientHeight / 2;
   }
 
-  around(now) {
+  around(now, most) {
     const { replay, run } = this;
     const wanted = (row) => this.only < 0 || run.events.agent[row] === this.only;
     const earlier = [], later = [];
-    for (let row = now; row >= replay.first && earlier.length < AROUND; row--) if (wanted(row)) earlier.unshift(row);
-    for (let row = now + 1; row < replay.last && later.length < AROUND; row++) if (wanted(row)) later.push(row);
+    for (let row = now; row >= replay.first && earlier.length < most; row--) if (wanted(row)) earlier.unshift(row);
+    for (let row = now + 1; row < replay.last && later.length < most; row++) if (wanted(row)) later.push(row);
     this.before = earlier.length;
     return [...earlier, ...later];
   }

@@ -44,6 +44,26 @@ export function word(pen, text, x, y, size, fill, halo) {
   pen.fillText(text, x, y);
 }
 
+/** Draws the same disc many times: painted once for each colour, then copied. */
+export class Stamp {
+  constructor(radius, line, width, ratio) {
+    Object.assign(this, { radius, line, width, ratio });
+    this.size = 2 * Math.ceil(radius + width);
+    this.made = new Map();
+  }
+
+  draw(pen, x, y, fill) {
+    if (!this.made.has(fill)) {
+      const copy = new OffscreenCanvas(this.size * this.ratio, this.size * this.ratio);
+      const own = copy.getContext("2d");
+      own.scale(this.ratio, this.ratio);
+      disc(own, this.size / 2, this.size / 2, this.radius, fill, this.line, this.width);
+      this.made.set(fill, copy);
+    }
+    pen.drawImage(this.made.get(fill), x - this.size / 2, y - this.size / 2, this.size, this.size);
+  }
+}
+
 /** A canvas as sharp as the screen: sizes it to its box and returns its pen, whose unit is a CSS pixel. */
 export function sharpen(canvas) {
   const ratio = window.devicePixelRatio || 1;

@@ -1,7 +1,7 @@
 // What moves: boxes and agents, with what an agent has reserved, waits for, sees and last decided. Drawn every frame.
 
 import { AT_GOAL, LOST, SPENT } from "./replay.js";
-import { disc, segment, square, word } from "./shapes.js";
+import { disc, segment, square, Stamp, word } from "./shapes.js";
 
 
 
@@ -10,7 +10,7 @@ export function drawThings(pen, view) {
   const active = chosen >= 0 && view.replay.state[chosen] !== AT_GOAL;
   if (active) drawSight(pen, view, chosen);
   if (view.layer?.by === "box") drawWorth(pen, view);
-  drawReserved(pen, view);
+  if (view.dot > 4.5) drawReserved(pen, view);
   if (active) drawChoice(pen, view);
   drawBoxes(pen, view);
   if (active && view.dot > 6) drawChances(pen, view);
@@ -103,7 +103,7 @@ function drawAgents(pen, view) {
   const { run, camera, colours, replay, dot, agent: chosen } = view;
   const { css } = colours;
   const radius = 0.78 * dot;
-  const bodies = new Path2D();
+  const stamp = new Stamp(radius, css["agent-line"], Math.max(1, dot / 7), window.devicePixelRatio || 1);
   const labels = [];
   for (let agent = 0; agent < replay.agentX.length; agent++) {
     if (replay.state[agent] === AT_GOAL) continue;
@@ -114,15 +114,9 @@ function drawAgents(pen, view) {
       x -= 0.7 * dot * beside(view, agent);
       y += 0.7 * dot * beside(view, agent);
     }
-    bodies.moveTo(x + radius, y);
-    bodies.arc(x, y, radius, 0, 2 * Math.PI);
+    stamp.draw(pen, x, y, css.agent);
     labels.push([agent, x, y]);
   }
-  pen.fillStyle = css.agent;
-  pen.fill(bodies);
-  pen.strokeStyle = css["agent-line"];
-  pen.lineWidth = Math.max(1, dot / 7);
-  pen.stroke(bodies);
   for (const [agent, x, y] of labels) {
     if (agent === chosen) disc(pen, x, y, radius + 4, null, css.ink, 2.5);
     if (replay.state[agent] === SPENT || replay.state[agent] === LOST) {
