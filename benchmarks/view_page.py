@@ -57,7 +57,7 @@ def crowd(agents: int, side: int) -> Any:
     starts = random.Random(0).sample(range(goal), agents)
     document = {
         "name": "crowd", "topology": {"kind": "grid", "columns": side, "rows": side}, "agents": starts, "goal": goal,
-        "max_steps": 20, "episodes": 1,
+        "max_steps": 10, "episodes": 1,
     }  # fmt: skip
     return colonysim.scenario_from_document(document)
 
@@ -85,7 +85,7 @@ def main() -> int:
         session.get("about:blank")
         empty = float(session.execute_async_script(CANVAS + EMPTY, 4))
         show(session, page)
-        session.execute_script("document.getElementById('speed').value = 1; window.colonysim.play(true)")
+        session.execute_script("document.getElementById('speed').value = 0.5; window.colonysim.play(true)")
         rates = {"all of it in view": frames(session, 4)}
         session.execute_script("window.colonysim.showField('D')")
         rates["with a pheromone"] = frames(session, 4)

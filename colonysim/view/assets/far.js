@@ -19,8 +19,9 @@ export class Pixels {
 
   square(x, y, size, colour) {
     const { width, height } = this.image;
-    const left = Math.max(0, Math.round(x * this.ratio - size / 2)), right = Math.min(width, left + size);
-    const top = Math.max(0, Math.round(y * this.ratio - size / 2)), bottom = Math.min(height, top + size);
+    const west = Math.round(x * this.ratio - size / 2), north = Math.round(y * this.ratio - size / 2);
+    const left = Math.max(0, west), right = Math.min(width, west + size);
+    const top = Math.max(0, north), bottom = Math.min(height, north + size);
     const { words } = this;
     for (let row = top * width; row < bottom * width; row += width) {
       for (let at = row + left; at < row + right; at++) words[at] = colour; // a call of fill() takes longer

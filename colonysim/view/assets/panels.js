@@ -70,11 +70,14 @@ export function showAgent(element, run, replay, agent, decision) {
 function decisionTable(run, decision) {
   if (!decision) return make("p", { class: "note" }, "No decision recorded so far.");
   const { nodes } = run;
-  const rows = [...decision.choices].sort((a, b) => b.chance - a.chance).map(({ target, box, chance }) => {
+  const choices = [...decision.choices].sort((a, b) => b.chance - a.chance);
+  // A box's way may begin with the same node as a travel: the row names the node only, the likelier is meant.
+  const taken = choices.findIndex(({ target }) => target === decision.chosen);
+  const rows = choices.map(({ target, box, chance }, i) => {
     const name = `${box >= 0 ? `box ${box} → ` : ""}${target >= 0 ? nodes.id[target] : "stay"}`;
     const meter = make("meter", { min: 0, max: 1, value: chance, "aria-label": `probability ${percent(chance)}` });
-    return make("tr", { class: target === decision.chosen ? "taken" : null },
-      make("td", {}, name, target === decision.chosen ? " ✓" : ""), make("td", {}, meter), make("td", {}, percent(chance)));
+    return make("tr", { class: i === taken ? "taken" : null },
+      make("td", {}, name, i === taken ? " ✓" : ""), make("td", {}, meter), make("td", {}, percent(chance)));
   });
   const how = decision.explored ? ", exploring" : "";
   const caption = make("caption", {}, `Last decision, at ${nodes.id[decision.node]}, ${seconds(decision.time)}${how}`);

@@ -56,7 +56,7 @@ export class SceneView {
 
   far() {
     const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-    return (this.distance * this.size * 1.85) / Math.min(1, aspect);
+    return (this.distance * this.size * 1.85) / Math.min(1, 0.8 * aspect);
   }
 
   draw(pen) {
