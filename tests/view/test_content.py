@@ -87,3 +87,31 @@ def test_the_command_writes_beside_the_run_and_says_what_is_wrong(hard: colonysi
     assert wrong.exit_code == 2 and "it has 1 to 3" in wrong.output
     with pytest.raises(TraceError, match="kept no trace"):
         write_page(colonysim.run("sanity", episodes=1, trace=False), out)
+
+
+def test_runs_with_little_in_them_have_pages_too(tmp_path: Path) -> None:
+    document = {
+        "name": "line", "nodes": [[5, 0, 0, 0], [3, 1, 0, 0]], "edges": {"radius": 1.5}, "agents": [5], "goal": 3,
+    }  # fmt: skip
+    bare = colonysim.scenario_from_document(document)
+    run = colonysim.run(bare, policy="random", episodes=1, out=tmp_path / "bare", decisions=False)
+    head, columns = unpack(gather(run).compressed())
+    assert head["fields"] == [] and head["holes"] == [] and "bodies" not in head
+    assert len(columns["decisions.time"]) == len(columns["deposits.time"]) == len(columns["boxes.node"]) == 0
+    assert columns["nodes.id"].tolist() == [5, 3] and columns["events.now_at"][-2] == 1
+    write_page(run)
+
+
+def test_a_policy_that_is_not_installed_here_leaves_its_marks_as_they_were(hard: colonysim.Run) -> None:
+    assert hard.path is not None
+    foreign = colonysim.Run(hard.path, hard.manifest | {"policy": "elsewhere:Policy"})
+    head, columns = unpack(gather(foreign, [2]).compressed())
+    slots = [columns[f"slots.{name}"] for name in ("field", "place", "key")]
+    exploration = head["fields"].index("E")
+    at = {
+        int(slots[1][slot]): float(value)
+        for slot, value in zip(columns["starts.slot"], columns["starts.value"], strict=True)
+        if slots[0][slot] == exploration
+    }
+    index = hard.scenario.topology.index
+    assert at == pytest.approx({index[node]: value for node, value in hard.field("E", 1).items()}, rel=1e-5)

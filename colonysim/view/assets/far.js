@@ -15,7 +15,10 @@ export class Pixels {
     }
   }
 
-  clear() { this.words.fill(0); }
+  clear(colour) { this.words.fill(colour); }
+
+  /** Begins with what other pixels show. */
+  copy(other) { this.words.set(other.words); }
 
   square(x, y, size, colour) {
     const { width, height } = this.image;
@@ -41,7 +44,7 @@ export function drawFarGround(pixels, view) {
     const px = camera.screenX(x[node]), py = camera.screenY(y[node]);
     if (px > -unit && py > -unit && px < camera.width + unit && py < camera.height + unit) pixels.square(px, py, wide, colour);
   };
-  pixels.clear();
+  pixels.clear(packed(colours.sky));
   for (let i = 0; i < x.length; i++) put(i, ground[Math.round(31 * land[i])]);
   for (const [node] of run.holes) put(node, packed(colours.hole));
   if (layer) {
@@ -57,7 +60,6 @@ export function drawFarThings(pixels, view) {
   const { camera, colours, replay, unit } = view;
   const size = Math.max(2, Math.round(0.62 * unit * pixels.ratio));
   const box = packed(colours.box), agent = packed(colours.agent), waits = packed(colours.waiting), done = packed(colours.quiet);
-  pixels.clear();
   const { boxX, boxY, agentX, agentY, state, waitsFor, action } = replay;
   for (let i = 0; i < boxX.length; i++) pixels.square(camera.screenX(boxX[i]), camera.screenY(boxY[i]), size + 1, box);
   for (let i = 0; i < agentX.length; i++) {

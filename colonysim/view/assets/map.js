@@ -4,11 +4,11 @@ import { Camera } from "./camera.js";
 import { drawFarGround, drawFarThings, Pixels } from "./far.js";
 import { drawMarks, drawPlace, landShares } from "./ground.js";
 import { sharpen } from "./shapes.js";
-import { drawThings } from "./things.js";
+import { drawChosen, drawThings } from "./things.js";
 
 const FAR = 16; // pixels between two nodes below which the place is seen from far away
 const LARGE = 2000; // nodes of a place whose pheromones are not drawn anew in every frame ...
-const PAUSE = 120; // ... but after so many milliseconds
+const PAUSE = 200; // ... but after so many milliseconds
 
 export class MapView {
   constructor(run, replay, ground, things) {
@@ -20,12 +20,13 @@ export class MapView {
     this.land = landShares(run);
     this.length = meanLength(run);
     this.camera = new Camera(boundsOf(run, this.length));
-    this.pixels = [new Pixels(), new Pixels()];
+    [this.ground, this.all] = [new Pixels(), new Pixels()];
     this.drawnAt = 0;
   }
 
   resize() {
     this.camera.resize(this.thingsCanvas.clientWidth, this.thingsCanvas.clientHeight);
+    sharpen(this.thingsCanvas);
     this.drawnPlace = "";
   }
 
@@ -46,21 +47,34 @@ export class MapView {
     if (stale || pushed !== this.drawnPushed) {
       if (place !== this.drawnPlace && !this.far) this.paintPlace();
       [this.drawnPlace, this.drawnMarks, this.drawnAt, this.drawnPushed] = [place, marks, now, pushed];
-      this.paint(this.groundCanvas, this.pixels[0], (pen) => this.paintMarks(pen), drawFarGround);
+      if (this.far) this.paintFarGround();
+      else this.paint(this.groundCanvas, (pen) => this.paintMarks(pen));
     }
-    this.paint(this.thingsCanvas, this.pixels[1], drawThings, drawFarThings);
+    if (this.far) this.paintFarThings();
+    else this.paint(this.thingsCanvas, (pen) => drawThings(pen, this));
   }
 
-  paint(canvas, pixels, near, far) {
-    const { pen, width, height, ratio } = sharpen(canvas);
-    if (this.far) {
-      pixels.resize(canvas.width, canvas.height, ratio);
-      far(pixels, this);
-      pixels.show(canvas);
-      return;
-    }
+  paint(canvas, draw) {
+    const { pen, width, height } = sharpen(canvas);
     pen.clearRect(0, 0, width, height);
-    near(pen, this);
+    draw(pen);
+  }
+
+  // From far away both are one picture: a browser without a graphics card takes long to lay one over the other.
+
+  paintFarGround() {
+    const { width, height } = this.thingsCanvas;
+    for (const pixels of [this.ground, this.all]) pixels.resize(width, height, window.devicePixelRatio || 1);
+    drawFarGround(this.ground, this);
+    const { pen } = sharpen(this.groundCanvas);
+    pen.clearRect(0, 0, this.camera.width, this.camera.height);
+  }
+
+  paintFarThings() {
+    this.all.copy(this.ground);
+    drawFarThings(this.all, this);
+    this.all.show(this.thingsCanvas);
+    drawChosen(sharpen(this.thingsCanvas).pen, this);
   }
 
   paintPlace() {

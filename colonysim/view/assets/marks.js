@@ -44,7 +44,7 @@ export function layerOf(run, field, key) {
     }
   }
   if (low > high) low = high = 0;
-  if (low > 0 && low < 0.25 * high) low = 0; // next to nothing is nothing
+  if (low > 0 && low < 0.1 * high) low = 0; // next to nothing is nothing
   return { field, by, key, nodes: Int32Array.from(nodes), slots: Int32Array.from(chosen), low, high };
 }
 

@@ -17,6 +17,14 @@ export function drawThings(pen, view) {
   drawAgents(pen, view);
 }
 
+/** The chosen agent and what it sees, where the others are but dots. */
+export function drawChosen(pen, view) {
+  const { agent, replay, camera, colours } = view;
+  if (agent < 0 || replay.state[agent] === AT_GOAL) return;
+  drawSight(pen, view, agent);
+  disc(pen, camera.screenX(replay.agentX[agent]), camera.screenY(replay.agentY[agent]), 7, null, colours.css.ink, 2.5);
+}
+
 const visible = ({ camera, unit }, x, y) => x > -unit && y > -unit && x < camera.width + unit && y < camera.height + unit;
 
 /** What an agent can see: all within its radius. */
