@@ -166,6 +166,11 @@ def test_a_click_on_an_agent_shows_its_last_decision(page: Any, hard: colonysim.
     assert f"{round(100 * decision['probabilities'][best])} %" in rows[0].text
     press(page, "\ue00c")  # escape
     assert ask(page, "return page.agent") == -1
+    number = page.find_element("id", "agent")
+    number.send_keys("2\n")
+    assert ask(page, "return page.agent") == 2 and ask(page, "return page.field") is None
+    number.send_keys("9\n")  # there is no agent 29
+    assert ask(page, "return page.agent") == -1
 
 
 def test_light_and_dark_zoom_and_help(page: Any) -> None:

@@ -54,7 +54,7 @@ class Page {
     fill(byId("speed"), SPEEDS.map((speed) => [speed, `${speed}×`]));
     const longest = Math.max(...run.episodes.map((episode) => episode[4]));
     byId("speed").value = SPEEDS.find((speed) => longest / speed <= 1.6 * EPISODE_SECONDS) ?? SPEEDS.at(-1);
-    fill(byId("agent"), [[-1, "none"], ...Array.from(run.agents.node.slice(0, 2000), (_, i) => [i, i])]);
+    byId("agent").max = run.agents.node.length - 1;
     const order = ["D", "H", "B", "E"];
     const fields = [...run.fields].sort((a, b) => (order.indexOf(a) + 9) % 9 - (order.indexOf(b) + 9) % 9);
     byId("layers").replaceChildren(...[null, ...fields].map((field) =>
@@ -76,7 +76,7 @@ class Page {
     byId("on").addEventListener("click", () => this.stepTo(nextEvent(this.run, this.replay, 1)));
     byId("time").addEventListener("input", ({ target }) => this.seek(Number(target.value)));
     byId("episode").addEventListener("change", ({ target }) => this.openEpisode(Number(target.value)));
-    byId("agent").addEventListener("change", ({ target }) => this.choose(Number(target.value)));
+    byId("agent").addEventListener("change", ({ target }) => this.choose(target.value !== "" && target.checkValidity() ? Number(target.value) : -1));
     byId("key-choice").addEventListener("change", ({ target }) => this.chooseKey(Number(target.value)));
     byId("own").addEventListener("change", () => this.choose(this.agent));
     byId("layers").addEventListener("click", ({ target }) => target.dataset.field !== undefined && this.showField(target.dataset.field || null));
@@ -240,7 +240,7 @@ class Page {
 
   choose(agent) {
     this.agent = agent;
-    byId("agent").value = agent;
+    byId("agent").value = agent < 0 ? "" : agent;
     this.list.only = byId("own").checked ? agent : -1;
     this.apply();
     this.write();
@@ -297,6 +297,7 @@ class Page {
     const { target } = event;
     if (event.ctrlKey || event.metaKey || event.altKey || byId("help").open) return;
     const name = event.key;
+    if (target.type === "number" && name !== "Escape") return;
     if (target.tagName === "SELECT" || (target.tagName === "BUTTON" && (name === " " || name === "Enter"))) return;
     if (target.type === "checkbox" && name === " ") return;
     const act = this.act(name);
