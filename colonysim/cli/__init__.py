@@ -22,6 +22,7 @@ from colonysim.cli import (
     sweep,
     train,
     validate,
+    view,
 )
 from colonysim.errors import ColonysimError
 
@@ -67,7 +68,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-for module in (run, scenarios, new, validate, backends, schema, plot, report, export, sweep, results, bench):
+for module in (run, scenarios, new, validate, backends, schema, view, plot, report, export, sweep, results, bench):
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)
 app.add_typer(train.app, name="train")

@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
+    from colonysim.cli.watch import Watch
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
+    from colonysim.world.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -18,6 +22,7 @@ Examples:
   colonysim run hard
   colonysim run hard --variant r5-6 --seed 7 --episodes 10 --json
   colonysim run my.yaml --policy paper --set policy.beta=2 --set detection_radius=20
+  colonysim run hard --watch
   colonysim run hard --backend bullet --push staged --out runs/physics
   colonysim run hard --backend bullet --from runs/hard-nodeworld-s0-1 --episodes 3
 """
@@ -88,6 +93,9 @@ def command(
         typer.Option("--no-decisions", help="Leave out candidates and probabilities."),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print results as one JSON object.")] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", "-w", help="Draw the map live in the terminal (the node world slowed down).")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print results only, no progress.")] = False,
 ) -> None:
     """Run a scenario and record it in a run directory.
@@ -96,7 +104,6 @@ def command(
     it had recorded until then stays readable.
     """
     from colonysim.cli.console import print_json, say
-    from colonysim.cli.progress import Bar
     from colonysim.cli.summary import print_results, results
     from colonysim.recording import run
     from colonysim.world.loading import load_scenario
@@ -106,12 +113,11 @@ def command(
     count = loaded.episodes if episodes is None else episodes
     begun: list[Run] = []
     try:
-        with Bar(f"{loaded.name} on {backend}", count, quiet) as bar:
-            watch = _Watch(bar, loaded.max_steps)
+        with _shown(loaded, backend, count, watch, quiet) as shown:
             recorded = run(
                 loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
                 episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
-                backend_options=options, on_start=begun.append, on_event=watch,
+                backend_options=options, on_start=begun.append, on_event=shown,
             )  # fmt: skip
     except KeyboardInterrupt:
         where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
@@ -124,23 +130,49 @@ def command(
         print_results(recorded)
 
 
-class _Watch:
+def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: bool) -> _Progress | Watch:
+    """What is seen of the run while it goes on."""
+    from colonysim.errors import ColonysimError
+
+    if not watch:
+        return _Progress(f"{scenario.name} on {backend}", episodes, scenario.max_steps, quiet)
+    from colonysim.cli.console import error_console
+    from colonysim.cli.watch import Watch
+
+    if quiet:
+        raise ColonysimError("--watch and --quiet: the run is either drawn or not")
+    if not error_console().is_terminal:
+        raise ColonysimError("--watch draws on a terminal, and standard error is none")
+    return Watch(scenario, episodes, instant=backend == "nodeworld")
+
+
+class _Progress:
     """Turns events into progress: a line per episode, and how far the current one has come."""
 
-    def __init__(self, bar: Any, max_steps: int) -> None:
-        self._bar = bar
+    def __init__(self, title: str, episodes: int, max_steps: int, quiet: bool) -> None:
+        from colonysim.cli.progress import Bar
+
+        self._bar = Bar(title, episodes, quiet)
         self._expected = max_steps
         self._step = 0
 
+    def __enter__(self) -> _Progress:
+        self._bar.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.__exit__(kind, error, trace)
+
     def __call__(self, event: Event, run: Run) -> None:
+        from colonysim.cli.summary import episode_line
+
         done = len(run.episodes)
         if event.kind == "episode":
             result = run.episodes[-1]
             self._expected, self._step = max(result.steps, 1), 0
-            self._bar.line(
-                f"episode {result.episode:3d}: {result.steps:3d} steps, success {result.success:.2f}, "
-                f"{result.ended}, {result.sim_seconds:.1f} s simulated in {result.wall_seconds:.1f} s"
-            )
+            self._bar.line(episode_line(result))
         else:
             self._step = max(self._step, event.step)
         self._bar.move(done + min(self._step / self._expected, 0.95))

@@ -13,12 +13,20 @@ if TYPE_CHECKING:
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult
 
-__all__ = ["print_results", "results"]
+__all__ = ["episode_line", "print_results", "results"]
 
 
 def _spread(values: Sequence[float]) -> tuple[float, float]:
     """Mean and sample standard deviation (0 for a single value)."""
     return (fmean(values), stdev(values) if len(values) > 1 else 0.0) if values else (0.0, 0.0)
+
+
+def episode_line(result: EpisodeResult) -> str:
+    """One episode in a line, as it is told while a run goes on."""
+    return (
+        f"episode {result.episode:3d}: {result.steps:3d} steps, success {result.success:.2f}, "
+        f"{result.ended}, {result.sim_seconds:.1f} s simulated in {result.wall_seconds:.1f} s"
+    )
 
 
 def results(run: Run) -> dict[str, Any]:

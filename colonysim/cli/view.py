@@ -1,0 +1,49 @@
+"""`colonysim view`: watch a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["EXAMPLES", "command"]
+
+EXAMPLES = """\b
+Examples:
+  colonysim view runs/hard-nodeworld-s0-1
+  colonysim view runs/hard-bullet-s0-1 -o hard.html --no-open
+  colonysim view runs/hard-nodeworld-s0-1 --episodes 1,3,10-12
+"""
+
+
+def command(
+    path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FILE", help="The page to write.", show_default="view.html in the run directory"
+        ),
+    ] = None,
+    episodes: Annotated[
+        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all that are complete")
+    ] = None,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Write the page; do not open it.")] = False,
+) -> None:
+    """Watch a run: write it as one HTML page and open it in the browser.
+
+    The page holds everything it needs and asks no network for anything: it can be sent, kept
+    and opened anywhere. It replays map, agents, boxes, pheromones and decisions; of a run with
+    rigid bodies it also shows the scene in 3D. Press ? in it for the keys.
+    """
+    from colonysim.cli.numbers import read_numbers
+    from colonysim.trace.reader import Run
+    from colonysim.view import write_page
+
+    chosen = None if episodes is None else read_numbers(episodes)
+    page = write_page(Run.open(path), out, chosen)
+    typer.echo(str(page))
+    if not no_open:
+        import webbrowser
+
+        webbrowser.open(page.resolve().as_uri())

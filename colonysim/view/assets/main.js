@@ -1,0 +1,369 @@
+// Puts the page together: the clock, the controls, the keys, and what is shown.
+
+import { watchPointers } from "./camera.js";
+import { drawResults, drawScale, drawTicks, episodeAt } from "./charts.js";
+import { isBlocked } from "./ground.js";
+import { MapView } from "./map.js";
+import { keyOf, layerOf, noteOf, titleOf } from "./marks.js";
+import { readColours } from "./palette.js";
+import { describe, EventList, fill, make, nextEvent, seconds, showAgent } from "./panels.js";
+import { Replay } from "./replay.js";
+import { SceneView } from "./scene.js";
+import { unpack } from "./unpack.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 500];
+const EPISODE_SECONDS = 25; // how long an episode takes unless another speed is chosen
+const WORDS_PAUSE = 150; // milliseconds between two updates of what is written
+const BETWEEN = 700; // milliseconds from an episode's end to the next one
+
+const byId = (id) => document.getElementById(id);
+
+class Page {
+  constructor(run) {
+    this.run = run;
+    this.replay = new Replay(run);
+    this.map = new MapView(run, this.replay, byId("ground"), byId("things"));
+    this.view = this.map;
+    this.agent = -1;
+    this.playing = false;
+    this.field = null;
+    this.keys = { hole: run.holes[0]?.[0] ?? -1, box: 0 };
+    this.list = new EventList(byId("events"), run, this.replay, (row) => this.stepTo(row));
+    this.name();
+    this.fillControls();
+    this.listen();
+    this.themed();
+    this.openEpisode(0);
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  name() {
+    const { run } = this;
+    const variant = run.variant ? ` ${run.variant}` : "";
+    byId("name").textContent = `${run.name}${variant}`;
+    document.title = `${run.name}${variant} · colonysim`;
+    byId("what").textContent = [
+      run.description, run.backend, run.policy, run.mode, `seed ${run.seed}`, run.status === "finished" ? null : run.status,
+    ].filter(Boolean).join(" · ");
+    byId("what").title = run.hash ? `trace ${run.hash}` : "";
+  }
+
+  fillControls() {
+    const { run } = this;
+    fill(byId("episode"), run.episodes.map(([number, , success], i) => [i, `Episode ${number}${success < 1 ? ` (${Math.round(100 * success)} %)` : ""}`]));
+    fill(byId("speed"), SPEEDS.map((speed) => [speed, `${speed}×`]));
+    const longest = Math.max(...run.episodes.map((episode) => episode[4]));
+    byId("speed").value = SPEEDS.find((speed) => longest / speed <= 1.6 * EPISODE_SECONDS) ?? SPEEDS.at(-1);
+    byId("agent").max = run.agents.node.length - 1;
+    const order = ["D", "H", "B", "E"];
+    const fields = [...run.fields].sort((a, b) => (order.indexOf(a) + 9) % 9 - (order.indexOf(b) + 9) % 9);
+    byId("layers").replaceChildren(...[null, ...fields].map((field) =>
+      make("button", { "data-field": field ?? "", title: field ? titleOf(field) : "No pheromone", "aria-pressed": "false" }, field ?? "none")));
+    byId("views").hidden = !run.bodies;
+    drawScale(byId("legend-bar"));
+    fillHelp();
+  }
+
+  listen() {
+    const things = byId("things");
+    watchPointers(things, {
+      drag: (dx, dy, second) => this.view === this.map ? this.map.camera.drag(dx, dy) : this.view.drag(dx, dy, second),
+      zoom: (factor, x, y) => this.zoom(factor, x, y),
+      click: (x, y) => this.click(x, y),
+    });
+    byId("play").addEventListener("click", () => this.play(!this.playing));
+    byId("back").addEventListener("click", () => this.stepTo(nextEvent(this.run, this.replay, -1)));
+    byId("on").addEventListener("click", () => this.stepTo(nextEvent(this.run, this.replay, 1)));
+    byId("time").addEventListener("input", ({ target }) => this.seek(Number(target.value)));
+    byId("episode").addEventListener("change", ({ target }) => this.openEpisode(Number(target.value)));
+    byId("agent").addEventListener("change", ({ target }) => this.choose(target.value !== "" && target.checkValidity() ? Number(target.value) : -1));
+    byId("key-choice").addEventListener("change", ({ target }) => this.chooseKey(Number(target.value)));
+    byId("own").addEventListener("change", () => this.choose(this.agent));
+    byId("layers").addEventListener("click", ({ target }) => target.dataset.field !== undefined && this.showField(target.dataset.field || null));
+    byId("views").addEventListener("click", ({ target }) => target.dataset.view && this.show(target.dataset.view));
+    byId("zoom").addEventListener("click", ({ target }) => this.zoomBy(target.dataset.zoom));
+    byId("theme").addEventListener("click", () => this.switchTheme());
+    byId("ask").addEventListener("click", () => byId("help").showModal());
+    byId("results").addEventListener("click", (event) => this.openEpisode(episodeAt(event.target, this.run, event.offsetX)));
+    document.addEventListener("keydown", (event) => this.key(event));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.themed());
+    new ResizeObserver(() => this.resized()).observe(byId("stage"));
+  }
+
+  // -- time ------------------------------------------------------------------------------------------------------
+
+  openEpisode(index) {
+    const { run } = this;
+    if (!(index >= 0 && index < run.episodes.length)) return;
+    this.replay.open(index);
+    byId("episode").value = index;
+    byId("time").max = this.replay.duration;
+    this.ended = 0;
+    const [number, steps, success, ended, simulated] = run.episodes[index];
+    byId("result").textContent = `Episode ${number}: ${steps} steps, success ${success.toFixed(2)}, ended with ${ended} after ${simulated.toFixed(1)} s`;
+    byId("results").setAttribute("aria-label", `Steps (bars) and success (dots) by episode. ${byId("result").textContent}`);
+    drawResults(byId("results"), run, index, this.colours);
+    drawTicks(byId("ticks"), run, this.replay, this.colours);
+    this.write();
+  }
+
+  play(playing) {
+    if (playing && this.replay.time >= this.replay.duration) this.openEpisode((this.replay.episode + 1) % this.run.episodes.length);
+    this.playing = playing;
+    byId("play").classList.toggle("going", playing);
+    byId("play").setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.write();
+  }
+
+  seek(time) {
+    this.replay.seek(time);
+    this.write();
+  }
+
+  stepTo(row) {
+    this.play(false);
+    if (row < this.replay.first) return;
+    this.replay.seekEvent(row);
+    this.write();
+    byId("told").textContent = byId("caption").textContent;
+  }
+
+  frame(now) {
+    const passed = Math.min(now - (this.last ?? now), 250);
+    this.last = now;
+    if (this.playing) this.advance(passed, now);
+    const state = this.state();
+    if (state !== this.drawn || this.view.late) {
+      this.drawn = state;
+      this.draw(now);
+    }
+    if (now - (this.written ?? 0) > WORDS_PAUSE && this.playing) {
+      this.written = now;
+      this.write();
+    }
+    if (!this.frames) performance.mark("first frame");
+    this.frames = (this.frames ?? 0) + 1;
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  advance(passed, now) {
+    const { replay } = this;
+    if (replay.time < replay.duration) {
+      this.replay.seek(replay.time + passed * Number(byId("speed").value));
+      return;
+    }
+    this.ended ||= now;
+    if (now - this.ended < BETWEEN) return;
+    if (replay.episode + 1 < this.run.episodes.length) this.openEpisode(replay.episode + 1);
+    else this.play(false);
+  }
+
+  // -- what is shown ---------------------------------------------------------------------------------------------
+
+  /** What the picture depends on: while it stays the same nothing is drawn. */
+  state() {
+    const { replay, view } = this;
+    return [replay.episode, replay.time, replay.cursor, this.agent, this.layer?.field, this.layer?.key, this.theme, view.version, view === this.map].join();
+  }
+
+  draw(now) {
+    this.view.decision = this.agent >= 0 ? this.lastDecision() : null;
+    if (this.view === this.map) this.map.draw(now);
+    else this.view.draw(this.map.clear());
+  }
+
+  lastDecision() {
+    const key = [this.replay.episode, this.agent, this.replay.time].join();
+    if (key !== this.decidedAt) [this.decidedAt, this.decided] = [key, this.replay.decisionOf(this.agent)];
+    return this.decided;
+  }
+
+  /** Brings everything that is written up to date. */
+  write() {
+    const { run, replay } = this;
+    byId("time").value = replay.time;
+    byId("time").setAttribute("aria-valuetext", `${seconds(replay.time)} of ${seconds(replay.duration)}`);
+    byId("clock").textContent = `${seconds(replay.time)} / ${seconds(replay.duration)}`;
+    const row = Math.max(replay.cursor - 1, replay.first);
+    byId("caption").textContent = row < replay.last ? describe(run, row).text : "";
+    byId("things").setAttribute("aria-label", `The place at ${seconds(replay.time)}: ${byId("caption").textContent}`);
+    showAgent(byId("chosen"), run, replay, this.agent, this.agent >= 0 ? this.lastDecision() : null);
+    this.list.show(this.playing);
+  }
+
+  show(name) {
+    if (name === "solid" && !this.scene) {
+      try {
+        this.scene = new SceneView(this.run, this.replay, byId("solid"));
+      } catch (error) {
+        byId("trouble").textContent = `3D needs WebGL 2, which this browser does not offer (${error.message}).`;
+        byId("trouble").hidden = false;
+        setTimeout(() => { byId("trouble").hidden = true; }, 6000);
+        return;
+      }
+    }
+    this.view = name === "solid" ? this.scene : this.map;
+    byId("solid").hidden = name !== "solid";
+    byId("ground").hidden = name === "solid";
+    press(byId("views"), "view", name);
+    this.apply();
+    this.map.resize();
+  }
+
+  showField(field) {
+    this.field = field;
+    const { run } = this;
+    const by = field && keyOf(run, field);
+    byId("key").hidden = !by;
+    if (by) {
+      byId("key-name").textContent = by === "hole" ? "of hole" : "of box";
+      fill(byId("key-choice"), by === "hole" ? run.holes.map(([node]) => [node, run.nodes.id[node]]) : Array.from(run.boxes.node, (_, i) => [i, i]));
+      byId("key-choice").value = this.keys[by];
+    }
+    this.layer = field ? layerOf(run, field, by ? this.keys[by] : -1) : null;
+    byId("layer-note").textContent = field ? noteOf(field) : "What agents have left on the ground. Keys 1 to 5.";
+    byId("legend").hidden = !field;
+    if (field) {
+      const of = by && `${by} ${by === "hole" ? run.nodes.id[this.keys.hole] : this.keys.box}`;
+      byId("legend-name").textContent = by ? `${field}, ${of}` : titleOf(field);
+      byId("legend-low").textContent = Number(this.layer.low.toPrecision(3));
+      byId("legend-high").textContent = Number(this.layer.high.toPrecision(3));
+    }
+    press(byId("layers"), "field", field ?? "");
+    this.apply();
+  }
+
+  chooseKey(key) {
+    this.keys[keyOf(this.run, this.field)] = key;
+    this.showField(this.field);
+  }
+
+  choose(agent) {
+    this.agent = agent;
+    byId("agent").value = agent < 0 ? "" : agent;
+    this.list.only = byId("own").checked ? agent : -1;
+    this.apply();
+    this.write();
+  }
+
+  click(x, y) {
+    const found = this.view.find(x, y);
+    const by = this.field && keyOf(this.run, this.field);
+    if (by === "hole" && found.hole !== undefined) this.chooseKey(found.hole);
+    else if (by === "box" && found.box !== undefined && found.agent === undefined) this.chooseKey(found.box);
+    else this.choose(found.agent ?? -1);
+  }
+
+  apply() {
+    for (const view of [this.map, this.scene]) {
+      if (view) Object.assign(view, { layer: this.layer ?? null, agent: this.agent, colours: this.colours, theme: this.theme });
+    }
+  }
+
+  themed() {
+    this.colours = readColours();
+    this.theme = this.colours.css.paper;
+    this.apply();
+    drawResults(byId("results"), this.run, this.replay.episode, this.colours);
+    drawTicks(byId("ticks"), this.run, this.replay, this.colours);
+  }
+
+  switchTheme() {
+    const root = document.documentElement;
+    const dark = root.style.colorScheme ? root.style.colorScheme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+    root.style.colorScheme = dark ? "light" : "dark";
+    this.themed();
+  }
+
+  resized() {
+    this.map.resize();
+    this.scene?.resize();
+    this.themed(); // the small pictures too have a new size
+  }
+
+  zoom(factor, x, y) {
+    if (this.view === this.map) this.map.camera.zoom(factor, x, y);
+    else this.scene.zoom(factor);
+  }
+
+  zoomBy(word) {
+    if (word === "fit") (this.view === this.map ? this.map.camera : this.scene).fit();
+    else if (word) this.zoom(word === "in" ? 1.4 : 1 / 1.4);
+  }
+
+  // -- keys ------------------------------------------------------------------------------------------------------
+
+  key(event) {
+    const { target } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey || byId("help").open) return;
+    const name = event.key;
+    if (target.type === "number" && name !== "Escape") return;
+    if (target.tagName === "SELECT" || (target.tagName === "BUTTON" && (name === " " || name === "Enter"))) return;
+    if (target.type === "checkbox" && name === " ") return;
+    const act = this.act(name);
+    if (!act) return;
+    event.preventDefault();
+    act();
+  }
+
+  act(name) {
+    const speed = byId("speed");
+    const faster = (by) => { speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), SPEEDS.length - 1); };
+    const layer = (i) => { const button = byId("layers").children[i]; if (button) this.showField(button.dataset.field || null); };
+    const nextAgent = (by) => {
+      const count = this.run.agents.node.length + 1;
+      this.choose(((this.agent + 1 + by + count) % count) - 1);
+    };
+    return {
+      " ": () => this.play(!this.playing),
+      ArrowRight: () => this.stepTo(nextEvent(this.run, this.replay, 1)),
+      ArrowLeft: () => this.stepTo(nextEvent(this.run, this.replay, -1)),
+      PageDown: () => this.openEpisode(this.replay.episode + 1),
+      PageUp: () => this.openEpisode(this.replay.episode - 1),
+      Home: () => this.seek(0),
+      End: () => this.seek(this.replay.duration),
+      s: () => faster(1), S: () => faster(-1),
+      a: () => nextAgent(1), A: () => nextAgent(-1),
+      1: () => layer(0), 2: () => layer(1), 3: () => layer(2), 4: () => layer(3), 5: () => layer(4),
+      "+": () => this.zoomBy("in"), "=": () => this.zoomBy("in"), "-": () => this.zoomBy("out"), 0: () => this.zoomBy("fit"),
+      v: () => this.run.bodies && this.show(this.view === this.map ? "solid" : "map"),
+      t: () => this.switchTheme(),
+      "?": () => byId("help").showModal(),
+      Escape: () => this.choose(-1),
+    }[name];
+  }
+}
+
+function press(group, name, value) {
+  for (const button of group.querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.dataset[name] === value));
+}
+
+const KEYS = [
+  ["space", "play, pause"], ["← →", "step to the event before, the next one"], ["Page up, down", "episode before, next episode"],
+  ["Home, End", "start, end of the episode"], ["s, S", "faster, slower"], ["1 to 5", "no pheromone, or one of them"],
+  ["a, A", "choose the next agent, the one before; Escape: none"], ["+ − 0", "zoom in, out, show all"],
+  ["v", "map or 3D (runs with rigid bodies)"], ["t", "light or dark"],
+];
+const SIGNS = [
+  ["pink disc", "agent; a stroke: its steps are used up; a cross: lost"], ["blue square", "box; higher up: stacked"],
+  ["dark square", "hole, with the boxes in it and how full it is"], ["green diamond", "goal"],
+  ["red slash", "edge that nobody can pass: too high a step"], ["dashed edge", "slope; the arrow points uphill"],
+  ["dashed ring", "the node that an agent has reserved: where it is going"], ["dotted ring", "the node that a waiting agent waits for"],
+  ["clear circle", "what the chosen agent can see; lines: what it could choose, the likelier the broader"],
+];
+
+function fillHelp() {
+  for (const [id, pairs] of [["keys", KEYS], ["signs", SIGNS]]) {
+    byId(id).replaceChildren(...pairs.flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)]));
+  }
+}
+
+const data = byId("data");
+unpack(data.textContent).then((run) => {
+  data.remove();
+  const page = new Page(run);
+  page.showField(null);
+  page.choose(-1);
+  // For tests, benchmarks and the curious, who drive the page from outside.
+  window.colonysim = Object.assign(page, { isBlocked });
+});

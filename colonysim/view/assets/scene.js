@@ -1,0 +1,239 @@
+// The run's rigid bodies in 3D: ground with pits and ramps, boxes, robots, where their poses say they were. Metres.
+
+import { lookAt, multiply, perspective, quaternion, turn, unitVector } from "./matrices.js";
+import { mix, scaleColour } from "./palette.js";
+import { sharpen, word, segment } from "./shapes.js";
+import { shareOf } from "./marks.js";
+import { Solids } from "./solids.js";
+import { percent } from "./things.js";
+
+const SUN = unitVector([-0.45, -0.6, 1.15]);
+const FLAT = quaternion(Math.PI / 2, 0, 0); // a cylinder standing upright
+const part = (colour) => colour.map((value) => value / 255);
+
+export class SceneView {
+  constructor(run, replay, canvas) {
+    Object.assign(this, { run, replay, canvas });
+    this.solids = new Solids(canvas);
+    this.version = 0;
+    this.layer = null;
+    this.agent = -1;
+    this.decision = null;
+    const { places } = run.bodies;
+    const middle = (i) => (Math.min(...places.map((place) => place[i])) + Math.max(...places.map((place) => place[i]))) / 2;
+    this.home = [middle(0), middle(1), middle(2)];
+    this.size = Math.max(...places.map((place) => Math.hypot(place[0] - this.home[0], place[1] - this.home[1]))) + 2.5;
+    this.fit();
+  }
+
+  fit() {
+    this.target = [...this.home];
+    this.distance = 1;
+    this.heading = -Math.PI / 2;
+    this.tilt = 0.95;
+    this.version++;
+  }
+
+  drag(dx, dy, second) {
+    this.version++;
+    if (!second) {
+      this.heading -= dx * 0.006;
+      this.tilt = Math.min(Math.max(this.tilt + dy * 0.006, 0.08), 1.55);
+      return;
+    }
+    const step = (1.2 * this.far()) / this.canvas.clientHeight;
+    const [c, s] = [Math.cos(this.heading), Math.sin(this.heading)];
+    this.target[0] += step * (s * dx + c * -dy);
+    this.target[1] += step * (-c * dx + s * -dy);
+  }
+
+  zoom(factor) {
+    this.distance = Math.min(Math.max(this.distance / factor, 0.12), 3);
+    this.version++;
+  }
+
+  resize() { this.version++; }
+
+  far() {
+    const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
+    return (this.distance * this.size * 1.85) / Math.min(1, 0.8 * aspect);
+  }
+
+  draw(pen) {
+    const { width, height, ratio } = measure(this.canvas);
+    const away = this.far();
+    const eye = [
+      this.target[0] + away * Math.cos(this.tilt) * Math.cos(this.heading),
+      this.target[1] + away * Math.cos(this.tilt) * Math.sin(this.heading),
+      this.target[2] + away * Math.sin(this.tilt),
+    ];
+    this.view = multiply(perspective(0.8, width / height, away / 50, away * 4), lookAt(eye, this.target));
+    this.solids.load(this.bodies());
+    this.solids.draw(this.view, { centre: this.home, radius: this.size + 1, sun: SUN, sky: part(this.colours.sky) });
+    this.labels(pen, width, height, ratio);
+  }
+
+  bodies() {
+    const { run, replay, colours } = this;
+    const { bodies } = run;
+    this.ground ??= new Map();
+    if (!this.ground.has(this.theme)) this.ground.set(this.theme, groundOf(run, colours));
+    const cuboids = [...this.ground.get(this.theme)];
+    const cylinders = this.marks();
+    this.addFlag(cuboids);
+    const agents = replay.agentNode.length;
+    this.at = [];
+    for (let box = 0; box < replay.boxNode.length; box++) {
+      if (!replay.poseOf(agents + box)) continue;
+      const [x, y, z, roll, pitch, yaw] = replay.pose;
+      const [length, high] = bodies.boxes[box];
+      const colour = this.layer?.by === "box" && this.layer.key === box ? colours["box-line"] : colours.box;
+      cuboids.push([[x, y, z], [length / 2, length / 2, high / 2], quaternion(roll, pitch, yaw), part(colour), [0.03]]);
+      this.at.push({ box, place: [x, y, z + high / 2 + 0.05] });
+    }
+    for (let agent = 0; agent < agents; agent++) {
+      if (replay.state[agent] === 1 || !replay.poseOf(agent)) continue;
+      this.addRobot(cuboids, cylinders, agent, [...replay.pose]);
+    }
+    return { cuboid: cuboids, cylinder: cylinders };
+  }
+
+  addRobot(cuboids, cylinders, agent, [x, y, z, roll, pitch, yaw]) {
+    const { colours } = this;
+    const [ahead, wide, track, wheel] = this.run.bodies.robot;
+    const rotation = quaternion(roll, pitch, yaw);
+    const put = (offset) => turn(rotation, offset).map((value, i) => value + [x, y, z][i]);
+    const paint = part(agent === this.agent ? mix(colours.agent, [255, 255, 255], 0.35) : colours.agent);
+    const dark = part(mix(colours.agent, [20, 20, 30], 0.72));
+    cuboids.push([put([0, 0, 0.2]), [ahead, 0.62 * track, 0.1], rotation, paint, [0.025]]);
+    cuboids.push([put([-0.08, 0, 0.33]), [0.5 * ahead, 0.4 * track, 0.04], rotation, paint, [0.02]]);
+    cuboids.push([put([ahead - 0.03, 0, 0.17]), [0.04, 0.66 * track, 0.1], rotation, dark, [0]]);
+    for (const side of [-1, 1]) {
+      cuboids.push([put([ahead - 0.06, side * 0.35 * track, 0.302]), [0.03, 0.05, 0.01], rotation, [1, 0.97, 0.8], [0]]);
+      for (const axle of [-1, 1]) cylinders.push([put([axle * 0.22, side * (wide - 0.05), wheel]), [wheel, 0.05, wheel], rotation, [0.13, 0.14, 0.16], [0]]);
+    }
+    this.at.push({ agent, place: put([0, 0, 0.45]) });
+  }
+
+  addFlag(cuboids) {
+    const [x, y, z] = this.run.bodies.places[this.run.goal];
+    const green = part(this.colours.goal);
+    cuboids.push([[x, y, z + 0.7], [0.03, 0.03, 0.7], [0, 0, 0, 1], part(this.colours["node-line"]), [0]]);
+    cuboids.push([[x + 0.3, y, z + 1.2], [0.28, 0.015, 0.18], [0, 0, 0, 1], green, [0]]);
+  }
+
+  /** Nodes as small discs, with their pheromone if it is shown; the goal as a flag. */
+  marks() {
+    const { run, replay, layer, colours } = this;
+    const shown = new Map();
+    layer?.nodes.forEach((node, i) => {
+      const value = replay.values[layer.slots[i]];
+      if (!Number.isNaN(value)) shown.set(node, scaleColour(shareOf(layer, value)));
+    });
+    const holes = new Set(run.holes.map(([node]) => node));
+    const discs = [];
+    run.bodies.places.forEach(([x, y, z], node) => {
+      if (holes.has(node) && !shown.has(node)) return;
+      const radius = shown.has(node) ? 0.42 : 0.13;
+      const colour = node === run.goal && !shown.has(node) ? colours.goal : shown.get(node) ?? colours["node-line"];
+      discs.push([[x, y, z + 0.006], [node === run.goal ? 0.5 : radius, 0.006, node === run.goal ? 0.5 : radius], FLAT, part(colour), [0]]);
+    });
+    return discs;
+  }
+
+  labels(pen, width, height) {
+    const { css } = this.colours;
+    this.shown = this.at.map((thing) => ({ ...thing, screen: this.project(thing.place, width, height) }));
+    if (this.decision && this.agent >= 0 && this.replay.state[this.agent] !== 1) this.choices(pen, width, height);
+    for (const { agent, box, screen } of this.shown) {
+      if (!screen) continue;
+      const size = Math.min(Math.max(0.34 * screen[2], 11), 20);
+      if (agent !== undefined) word(pen, agent, screen[0], screen[1], size, css.ink, css.card);
+      else word(pen, box, screen[0], screen[1], size, css["box-line"], css.card);
+      if (agent !== undefined && agent === this.agent) {
+        pen.beginPath();
+        pen.arc(screen[0], screen[1], size, 0, 2 * Math.PI);
+        pen.strokeStyle = css.ink;
+        pen.lineWidth = 2;
+        pen.stroke();
+      }
+    }
+  }
+
+  choices(pen, width, height) {
+    const { places } = this.run.bodies;
+    const from = this.project(places[this.decision.node], width, height);
+    for (const { target, chance } of this.decision.choices) {
+      const to = target >= 0 && this.project(places[target], width, height);
+      if (!from || !to) continue;
+      pen.strokeStyle = this.colours.css["agent-line"];
+      pen.globalAlpha = target === this.decision.chosen ? 0.95 : 0.5;
+      pen.lineWidth = 1.5 + 6 * chance;
+      pen.beginPath();
+      segment(pen, from[0], from[1], to[0], to[1]);
+      pen.stroke();
+      pen.globalAlpha = 1;
+      word(pen, percent(chance), (from[0] + to[0]) / 2, (from[1] + to[1]) / 2, 12, this.colours.css.ink, this.colours.css.card);
+    }
+  }
+
+  /** A place on the screen, with the pixels of a metre there; null if it is behind the eye. */
+  project([x, y, z], width, height) {
+    const m = this.view;
+    const w = m[3] * x + m[7] * y + m[11] * z + m[15];
+    if (w <= 0) return null;
+    const px = (m[0] * x + m[4] * y + m[8] * z + m[12]) / w, py = (m[1] * x + m[5] * y + m[9] * z + m[13]) / w;
+    return [(0.5 + 0.5 * px) * width, (0.5 - 0.5 * py) * height, height / (0.845 * w)];
+  }
+
+  find(px, py) {
+    const near = (this.shown ?? []).filter(({ screen }) => screen && Math.hypot(screen[0] - px, screen[1] - py) < Math.max(22, 0.5 * screen[2]));
+    near.sort((a, b) => Math.hypot(a.screen[0] - px, a.screen[1] - py) - Math.hypot(b.screen[0] - px, b.screen[1] - py));
+    return near[0] ?? {};
+  }
+}
+
+function measure(canvas) {
+  const ratio = window.devicePixelRatio || 1;
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+  if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+  return { width: Math.max(1, width), height: Math.max(1, height), ratio };
+}
+
+/** The fixed ground, lower parts darker; the floors of pits darkest. */
+function groundOf(run, colours) {
+  const { slabs } = run;
+  const tops = run.bodies.places.map((place) => place[2]);
+  const [low, high] = [Math.min(...tops), Math.max(...tops)];
+  const grounds = [];
+  const shade = (colour) => part(mix(colour, colours.coast, 0.12));
+  for (let i = 0; i < slabs.length; i += 8) {
+    const [x, y, z, a, b, c, yaw, slope] = slabs.subarray(i, i + 8);
+    const top = z + c * Math.cos(slope);
+    const inPit = run.bodies.pits.some((pit) => Math.hypot(pit[0] - x, pit[1] - y) < 0.01 && pit[4] - top > 0.02 && a < pit[3]);
+    const share = high > low ? Math.min(Math.max((top - low) / (high - low), 0), 1) : 0.75;
+    const colour = inPit ? mix(colours.hole, colours["land-low"], 0.3) : mix(colours["land-low"], colours["land-high"], share);
+    // A little larger than it is: no cracks between neighbours.
+    grounds.push([[x, y, z], [a + 0.004, b + 0.004, c], quaternion(0, -slope, yaw), shade(colour), [0]]);
+  }
+  return [...grounds, ...waysOf(run, colours)];
+}
+
+/** The graph's edges as thin strips on the ground, up to the rims of pits. */
+function waysOf(run, colours) {
+  const { places } = run.bodies;
+  const holes = new Set(run.holes.map(([node]) => node));
+  const colour = part(colours.way);
+  return Array.from(run.edges.a, (a, i) => {
+    const b = run.edges.b[i];
+    const [from, to] = [places[a], places[b]];
+    const flat = Math.hypot(to[0] - from[0], to[1] - from[1]), rise = to[2] - from[2];
+    const [begin, end] = [a, b].map((node) => (holes.has(node) ? 0.8 : 0));
+    const middle = (0.5 * (begin + flat - end)) / flat;
+    const centre = from.map((value, axis) => value + middle * (to[axis] - value) + (axis === 2 ? 0.004 : 0));
+    const length = ((flat - begin - end) / flat) * Math.hypot(flat, rise);
+    const rotation = quaternion(0, -Math.atan2(rise, flat), Math.atan2(to[1] - from[1], to[0] - from[0]));
+    return [centre, [length / 2, 0.02, 0.003], rotation, colour, [0]];
+  });
+}

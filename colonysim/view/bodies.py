@@ -1,0 +1,120 @@
+"""Rigid bodies for the page: where they were, and the ground that they stood on."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from colonysim.backends.layout import lay_out
+from colonysim.physics import BUMPER, HALF_WIDTH, TRACK, WHEEL_RADIUS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from colonysim.backends.layout import Layout
+    from colonysim.view.content import Rows
+    from colonysim.view.packing import Block
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["add_bodies", "boxes_after"]
+
+_FINE = 1000
+"""Places are kept in millimetres, angles in thousandths of a radian."""
+_SUNK = 0.08
+"""A box whose centre is this much below where it would be on the rim lies in the pit, metres."""
+
+
+def add_bodies(block: Block, scenario: Scenario, poses: Rows, episodes: Sequence[int]) -> None:
+    """Adds the poses of all bodies, each body's own one after the other, and the ground; nothing without poses."""
+    if not len(poses):
+        return
+    layout = lay_out(scenario)
+    agents, boxes = len(scenario.agents), len(scenario.boxes)
+    words, codes = poses.words("body")
+    is_box = codes == words.index("box") if "box" in words else np.zeros(len(codes), dtype=bool)
+    body = poses.column("number") + np.where(is_box, agents, 0)
+    episode = np.searchsorted(episodes, poses.column("episode"))
+    time = poses.milliseconds()
+    order = np.lexsort((time, body, episode))
+    places = np.arange(len(episodes) * (agents + boxes) + 1)
+    block.ints("poses.first", np.searchsorted((episode * (agents + boxes) + body)[order], places))
+    block.ints("poses.time", time[order], steps=True)
+    for name in ("x", "y", "z", "roll", "pitch", "yaw"):
+        values = np.nan_to_num(poses.column(name)[order])
+        if name in ("roll", "pitch", "yaw"):
+            values = np.unwrap(values)
+        block.ints(f"poses.{name}", np.rint(np.clip(values, -1e6, 1e6) * _FINE), steps=True)
+    slabs = [[*slab.centre, *slab.half, slab.yaw, slab.slope] for slab in layout.terrain.slabs()]
+    block.reals("slabs", slabs)
+    block.head["bodies"] = {
+        "fine": _FINE,
+        "scale": _scale(scenario, layout),
+        "places": [(*place, height) for place, height in zip(layout.places, layout.heights, strict=True)],
+        "pits": [[pit.x, pit.y, pit.yaw, pit.side, pit.rim, pit.depth] for pit in layout.terrain.pits],
+        "boxes": [[box.length, box.height] for box in layout.boxes],
+        "robot": [BUMPER, HALF_WIDTH, TRACK, WHEEL_RADIUS],
+    }
+
+
+def _scale(scenario: Scenario, layout: Layout) -> float:
+    """Metres in a graph unit."""
+    topology = scenario.topology
+    far = max(range(len(topology)), key=lambda i: topology.distance(0, i))
+    away = topology.distance(0, far)
+    return math.dist(layout.places[0], layout.places[far]) / away if away else 1.0
+
+
+def boxes_after(scenario: Scenario, events: Rows, poses: Rows) -> NDArray[Any]:
+    """For each event the number of the node that its box is on afterwards, or -1 if the box was not moved.
+
+    A push that arrives leads to its target; where a failed one left the box only its pose tells.
+    """
+    actions, action = events.words("action")
+    states, status = events.words("status")
+    kinds, kind = events.words("kind")
+    pushed = (kind == _code(kinds, "end")) & (action == _code(actions, "push"))
+    arrived = status == _code(states, "arrived")
+    after = np.where(pushed & arrived, events.column("target"), -1)
+    failed = np.flatnonzero(pushed & ~arrived)
+    if len(failed) and len(poses):
+        where = _Landing(scenario, poses)
+        episode, time, box = (events.column(name) for name in ("episode", "time", "box"))
+        for i in failed:
+            after[i] = where.of(int(episode[i]), float(time[i]), int(box[i]))
+    return after
+
+
+def _code(words: list[str], word: str) -> int:
+    return words.index(word) if word in words else -1
+
+
+class _Landing:
+    """Which node a box belongs to by its pose, as the physics backend would say."""
+
+    def __init__(self, scenario: Scenario, poses: Rows) -> None:
+        self._layout = lay_out(scenario)
+        self._ids = scenario.topology.ids
+        words, codes = poses.words("body")
+        columns = [poses.column(name) for name in ("episode", "time", "number", "x", "y", "z")]
+        rows = np.flatnonzero(codes == _code(words, "box"))
+        self._at: dict[tuple[int, float, int], tuple[float, float, float]] = {
+            (int(e), float(t), int(n)): (float(x), float(y), float(z))
+            for e, t, n, x, y, z in zip(*(column[rows] for column in columns), strict=True)
+        }
+
+    def of(self, episode: int, time: float, box: int) -> int:
+        """The number of the node that a box is on, or -1 if no pose tells."""
+        place = self._at.get((episode, time, box))
+        if place is None or not all(map(math.isfinite, place)):
+            return -1
+        layout = self._layout
+        nearest = min(range(len(layout.places)), key=lambda node: math.dist(place[:2], layout.places[node]))
+        if nearest in layout.pit_at:
+            upright = layout.heights[nearest] + layout.boxes[box].height / 2
+            if place[2] > upright - _SUNK:  # beside the pit or across it, not in it
+                return -1
+        return self._ids[nearest]

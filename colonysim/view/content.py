@@ -1,0 +1,180 @@
+"""What the page is told of a run: its place, and what happened in it, episode by episode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from colonysim.errors import TraceError
+from colonysim.view.bodies import add_bodies, boxes_after
+from colonysim.view.marks import add_marks
+from colonysim.view.packing import Block
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import Table
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["Rows", "gather"]
+
+_CHANCE = 10_000
+"""Probabilities are kept as parts of ten thousand."""
+
+
+class Rows:
+    """One table of a run as NumPy columns, for some of its episodes.
+
+    Attributes:
+        first: Where the rows of each episode begin, and where those of the last one end.
+    """
+
+    def __init__(self, run: Run, table: Table, episodes: Sequence[int]) -> None:
+        rows = run.table(table)
+        numbers = rows["episode"].to_numpy()
+        wanted = np.isin(numbers, episodes)
+        self._rows = rows if wanted.all() else rows.filter(wanted)
+        self.first = np.searchsorted(numbers[wanted], [*episodes, episodes[-1] + 1])
+
+    def __len__(self) -> int:
+        return int(self._rows.num_rows)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A column of numbers; of lists, all their numbers one after the other."""
+        column = self._rows[name]
+        if str(column.type).startswith("list"):
+            column = column.combine_chunks().flatten()
+        return np.asarray(column)
+
+    def sizes(self, name: str) -> NDArray[Any]:
+        """How many numbers each row of a column of lists holds."""
+        import pyarrow.compute as pc
+
+        return np.asarray(pc.list_value_length(self._rows[name]), dtype=np.int64)
+
+    def milliseconds(self, name: str = "time") -> NDArray[np.int64]:
+        """A column of seconds."""
+        return np.asarray(np.rint(self.column(name) * 1000), dtype=np.int64)
+
+    def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
+        """A column of texts: the different ones, and for each row which."""
+        coded = self._rows[name].combine_chunks().dictionary_encode()
+        if hasattr(coded, "chunks"):
+            coded = coded.unify_dictionaries().combine_chunks()
+        return coded.dictionary.to_pylist(), coded.indices.to_numpy().astype(np.int64)
+
+
+def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
+    """Packs a run for the page.
+
+    Args:
+        run: The run.
+        episodes: Which of its episodes; None for all that are complete.
+
+    Raises:
+        TraceError: The run kept no trace, is one of single pushes, or lacks an episode.
+    """
+    scenario = run.scenario
+    chosen = _chosen(run, episodes)
+    block = Block()
+    block.head = {
+        "name": scenario.name,
+        "description": scenario.description,
+        **{key: run.manifest.get(key) for key in ("variant", "backend", "policy", "mode", "seed", "status")},
+        "hash": run.trace_sha256,
+        "episodes": [_result(each) for each in run.episodes if each.episode in set(chosen)],
+        "radius": scenario.detection_radius,
+        "reach": scenario.reach,
+        "maxSteps": scenario.max_steps,
+        "chance": _CHANCE,
+    }
+    _add_place(block, scenario)
+    nodes = _Nodes(scenario)
+    events = Rows(run, "events", chosen)
+    poses = Rows(run, "poses", chosen)
+    _add_events(block, events, nodes)
+    block.ints("events.boxTo", nodes.index(boxes_after(scenario, events, poses)))
+    _add_decisions(block, Rows(run, "decisions", chosen), nodes)
+    add_marks(block, run, chosen, Rows(run, "deposits", chosen), nodes.index)
+    add_bodies(block, scenario, poses, chosen)
+    return block
+
+
+def _chosen(run: Run, episodes: Sequence[int] | None) -> list[int]:
+    complete = [result.episode for result in run.episodes]
+    if not complete:
+        raise TraceError(f"{run.path}: no episode of this run is complete, so there is nothing to show yet")
+    for number in episodes or ():
+        if number not in complete:
+            raise TraceError(f"no episode {number} in this run; it has {complete[0]} to {complete[-1]}")
+    return sorted(set(episodes)) if episodes else complete
+
+
+def _result(result: Any) -> list[Any]:
+    return [result.episode, result.steps, result.success, result.ended, result.sim_seconds, result.seated]
+
+
+class _Nodes:
+    """From the numbers in the scenario's file to indices; -1 stays -1."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        ids = np.asarray(scenario.topology.ids)
+        self._order = np.argsort(ids)
+        self._sorted = ids[self._order]
+
+    def index(self, numbers: NDArray[Any]) -> NDArray[np.int64]:
+        numbers = np.asarray(numbers)
+        if not len(numbers):
+            return numbers.astype(np.int64)
+        at = np.minimum(np.searchsorted(self._sorted, numbers), len(self._sorted) - 1)
+        return np.where(self._sorted[at] == numbers, self._order[at], -1)
+
+
+def _add_place(block: Block, scenario: Scenario) -> None:
+    topology = scenario.topology
+    block.ints("nodes.id", topology.ids, steps=True)
+    for name in ("x", "y", "z"):
+        block.reals(f"nodes.{name}", getattr(topology, name))
+    ways = topology.edges
+    begins = np.repeat(np.arange(len(topology)), np.diff(np.asarray(ways.first)))
+    ends = np.asarray(ways.ends)
+    once = begins < ends
+    block.ints("edges.a", begins[once], steps=True)
+    block.ints("edges.b", ends[once], steps=True)
+    block.reals("edges.rise", np.asarray(ways.rises)[once])
+    block.head["holes"] = [[hole.node, hole.floor, hole.rim] for hole in scenario.holes]
+    block.ints("boxes.node", [box.node for box in scenario.boxes])
+    block.reals("boxes.height", [box.height for box in scenario.boxes])
+    block.ints("agents.node", scenario.agents)
+    block.head["goal"] = scenario.goal
+
+
+def _add_events(block: Block, events: Rows, nodes: _Nodes) -> None:
+    block.ints("events.first", events.first)
+    block.ints("events.time", events.milliseconds(), steps=True)
+    # A difference of two times is small, the time itself is not.
+    block.ints("events.took", events.milliseconds() - events.milliseconds("began"))
+    for name in ("kind", "action", "status", "reason"):
+        words, codes = events.words(name)
+        block.head[f"words.{name}"] = words
+        block.ints(f"events.{name}", codes)
+    for name in ("node", "target", "hole", "now_at"):
+        block.ints(f"events.{name}", nodes.index(events.column(name)))
+    for name in ("agent", "box", "step"):
+        block.ints(f"events.{name}", events.column(name))
+
+
+def _add_decisions(block: Block, decisions: Rows, nodes: _Nodes) -> None:
+    block.ints("decisions.first", decisions.first)
+    block.ints("decisions.time", decisions.milliseconds(), steps=True)
+    block.ints("decisions.agent", decisions.column("agent"))
+    for name in ("node", "chosen", "targets"):
+        block.ints(f"decisions.{name}", nodes.index(decisions.column(name)))
+    block.ints("decisions.explored", decisions.column("explored"))
+    block.ints("decisions.count", decisions.sizes("targets"))
+    block.ints("decisions.boxes", decisions.column("boxes"))
+    block.ints("decisions.chances", np.rint(decisions.column("probabilities") * _CHANCE))
