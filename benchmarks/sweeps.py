@@ -65,22 +65,29 @@ def rows(directory: Path, table: str) -> list[dict[str, object]]:
     return [{name: value for name, value in row.items() if name != "seconds"} for row in found.to_pylist()]
 
 
+def finished(directory: Path) -> int:
+    journal = directory / "journal.jsonl"
+    return journal.read_bytes().count(b'"status":"succeeded"') if journal.exists() else 0
+
+
 def kills(trials: int, episodes: int, workers: int, times: int) -> int:
     rng, done = random.Random(0), 0
     with tempfile.TemporaryDirectory() as folder:
         file = sweep_file(Path(folder), trials, episodes)
         whole, out = Path(folder) / "whole", Path(folder) / "killed"
-        began = time.perf_counter()
         run_sweep(file, whole, workers=workers)
-        pace = (time.perf_counter() - began) / trials
         command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
-        begun = 0
         while True:
             process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
             if done < times:
-                # From its first second to as long as its share of the trials may take.
+                # After up to one and a half times its share of the trials that are left; now and then while it starts.
+                there = finished(out)
+                share = (trials - there) / (times - done)
+                wanted = there + rng.randrange(max(1, round(1.5 * share))) if rng.random() < 0.8 else 0
+                while process.poll() is None and finished(out) < wanted:
+                    time.sleep(0.005)
                 try:
-                    process.wait(rng.uniform(0.5, 2.5 + 2.0 * pace * trials / times))
+                    process.wait(rng.uniform(0.0, 0.1 if wanted else 1.5))
                 except subprocess.TimeoutExpired:
                     os.killpg(process.pid, signal.SIGKILL)
                     done += 1

@@ -14,6 +14,7 @@ from colonysim.cli import (
     new,
     plot,
     report,
+    reproduce,
     results,
     run,
     scenarios,
@@ -66,7 +67,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-for module in (run, scenarios, new, validate, backends, schema, plot, report, export, sweep, results):
+for module in (run, scenarios, new, validate, backends, schema, plot, report, export, sweep, results, reproduce):
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)
 app.add_typer(train.app, name="train")

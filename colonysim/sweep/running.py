@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from colonysim.sweep.plan import Sweep
 
-__all__ = ["run_sweep"]
+__all__ = ["run_planned", "run_sweep"]
 
 TABLES_EVERY = 10.0
 """Least seconds of wall clock between two writings of the tables; longer where they would take over a tenth of it."""
@@ -53,9 +53,26 @@ def run_sweep(
         ColonysimError: The file is wrong, or the directory cannot be used.
     """
     planned = load_sweep(file)
+    store = run_planned(
+        planned, out, workers=workers, retry_failed=retry_failed, on_outcome=on_outcome, copy_of=Path(file)
+    )
+    return planned, store
+
+
+def run_planned(
+    planned: Sweep,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    retry_failed: bool = False,
+    on_outcome: Callable[[Outcome, int, int], None] | None = None,
+    copy_of: Path | None = None,
+) -> Store:
+    """The same for trials that are planned already; `copy_of` is the file that they come from, if there is one."""
     finished = {"succeeded"} if retry_failed else {"succeeded", "failed"}
     with Store(out, write=True) as store:
-        _keep_copy(Path(file), store.directory)
+        if copy_of is not None:
+            _keep_copy(copy_of, store.directory)
         left = [t for t in planned.trials if store.entries.get(t.identity, {}).get("status") not in finished]
         done, total = len(planned.trials) - len(left), len(planned.trials)
         written = 0.0
@@ -82,7 +99,7 @@ def run_sweep(
         finally:
             outcomes.close()
             write_tables(store.directory, planned.trials, store.entries)
-    return planned, store
+    return store
 
 
 def _keep_copy(file: Path, directory: Path) -> None:
