@@ -76,8 +76,8 @@ def nodeworld_part(context: Context) -> list[Block]:
     return [
         Text(
             f"Node world, agents in their own time, {size.episodes} episodes a run, seeds {_seeds(context)}. All "
-            "episodes count against the paper's figures, which are those of its physics; of which episodes they "
-            "are, and of how many, it does not say. What is to be had once the pheromones have settled stands beside them."
+            "episodes count against the paper's figures, which are those of its physics; of which episodes, and "
+            "of how many, it does not say. What is to be had once the pheromones have settled stands beside them."
         ),
         _performance(context, study, "nodeworld", _BOTH, size.late()),
         *context.claims(study, _BOTH, size.late()),
@@ -215,8 +215,8 @@ def asynchrony_part(context: Context) -> list[Block]:
             "The same policies and seeds, agents acting in their own time (asynchronous) or all at once "
             "(synchronous). Steps and makespan (simulated seconds until the last agent is at the goal; an edge takes "
             "about a second per unit) are of the episodes in which all agents reached the goal, differences are paired "
-            "by seed. At once, every tick is a step and lasts as long as its longest move. `deadlock` and `junction` are "
-            f"maps of our own on which two carriers, or three agents, can block each other; seeds {_seeds(context)}."
+            "by seed. At once, every tick is a step and lasts as long as its longest move. `deadlock` and `junction` "
+            f"are our own: on them two carriers, or three agents, can block each other; seeds {_seeds(context)}."
         ),
         Table(columns, rows),
         *context.claims("asynchrony", _BOTH, context.size.late()),
