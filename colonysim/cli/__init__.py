@@ -9,6 +9,7 @@ from typer.core import TyperGroup
 
 from colonysim.cli import (
     backends,
+    compare,
     evaluate,
     export,
     new,
@@ -67,7 +68,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-for module in (run, scenarios, new, validate, backends, schema, plot, report, export, sweep, results, reproduce):
+for module in (
+    run, scenarios, new, validate, backends, schema, plot, report, export, sweep, results, compare, reproduce,
+):  # fmt: skip
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)
 app.add_typer(train.app, name="train")
