@@ -14,7 +14,7 @@ from colonysim.sweep.tables import EPISODE
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from colonysim.sweep import Store, Sweep
+    from colonysim.sweep import Store, Trial
 
 __all__ = ["Evidence", "Measured", "found_by", "read_lines", "stored_on_bullet"]
 
@@ -85,10 +85,10 @@ class Evidence:
         return [left[seed] for seed in both], [right[seed] for seed in both]
 
 
-def found_by(sweep: Sweep, store: Store) -> tuple[list[Measured], list[str]]:
+def found_by(trials: Iterable[Trial], store: Store) -> tuple[list[Measured], list[str]]:
     """The trials that have succeeded, and a line for each that has not."""
     measured, missing = [], []
-    for trial in sweep.trials:
+    for trial in trials:
         entry = store.entries.get(trial.identity, {"status": "pending"})
         about = trial.described()
         if entry["status"] != "succeeded":

@@ -165,9 +165,9 @@ def reproduce(
         for document in study.trials(size)
     ]
     if documents:
-        sweep = plans.joined(documents)
-        store = run_planned(sweep, out / "trials", workers=workers, on_outcome=on_outcome)
-        measured, missing = found_by(sweep, store)
+        trials = plans.asked(documents)
+        store = run_planned(plans.joined(trials), out / "trials", workers=workers, on_outcome=on_outcome)
+        measured, missing = found_by(trials, store)
         gaps += [f"trial {line}" for line in missing]
     source = Path(trainings) if trainings else stored("push_ablation.jsonl")
     context = Context(

@@ -11,8 +11,8 @@ from colonysim.sweep.plan import Limits
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["ABLATED", "FULL", "HARD", "MAPS", "PRESETS", "QUICK", "Size", "ablation", "asynchrony", "bullet", "joined",
-           "nodeworld"]  # fmt: skip
+__all__ = ["ABLATED", "FULL", "HARD", "MAPS", "PRESETS", "QUICK", "Size", "ablation", "asked", "asynchrony", "bullet",
+           "joined", "nodeworld"]  # fmt: skip
 
 HARD = ("r20-4", "r5-4", "r5-6")
 MAPS: tuple[tuple[str, str | None], ...] = (("easy", None), ("medium", None), *(("hard", name) for name in HARD))
@@ -101,9 +101,15 @@ def asynchrony(size: Size) -> list[dict[str, Any]]:
     ]
 
 
-def joined(documents: Iterable[Mapping[str, Any]]) -> Sweep:
-    """All trials of some sweeps as one, each once: studies share trials. Seed by seed, so that all grow together."""
-    trials: dict[str, Trial] = {}
-    for document in documents:
-        trials.update({trial.identity: trial for trial in plan_sweep(document).trials})
-    return Sweep("reproduction", tuple(sorted(trials.values(), key=lambda trial: trial.seed)), _LIMITS)
+def asked(documents: Iterable[Mapping[str, Any]]) -> list[Trial]:
+    """All trials that some sweeps ask for.
+
+    One may be there under two descriptions: a parameter may be set to what the scenario says anyway.
+    """
+    return [trial for document in documents for trial in plan_sweep(document).trials]
+
+
+def joined(trials: Iterable[Trial]) -> Sweep:
+    """Trials as one sweep, each once, seed by seed, so that all settings grow together."""
+    once = {trial.identity: trial for trial in trials}
+    return Sweep("reproduction", tuple(sorted(once.values(), key=lambda trial: trial.seed)), _LIMITS)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
@@ -18,10 +19,11 @@ from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.reproduce import STUDIES, reproduce
 from colonysim.reproduce.document import Heading, Picture, Table, Text, as_html, as_markdown
+from colonysim.reproduce.evidence import Evidence, found_by
 from colonysim.reproduce.facts import FACTS
 from colonysim.reproduce.judging import Figure, Reported, direction, level
 from colonysim.reproduce.paper import the_paper
-from colonysim.reproduce.plans import FULL, QUICK, joined
+from colonysim.reproduce.plans import ABLATED, FULL, QUICK, asked, joined
 from colonysim.reproduce.push import SETTINGS
 from colonysim.reproduce.recorded import DRAWINGS, RUNS
 
@@ -94,7 +96,7 @@ def test_every_claim_drawing_and_fact_belongs_to_a_study():
 
 
 def test_every_claim_finds_its_trials():
-    trials = joined(document for study in STUDIES.values() for document in study.trials(TINY)).trials
+    trials = asked(document for study in STUDIES.values() for document in study.trials(TINY))
     for claim in PAPER.claims:
         for side in (claim.of, claim.than):
             wanted = {**claim.where, **side}
@@ -104,9 +106,26 @@ def test_every_claim_finds_its_trials():
 
 def test_a_full_reproduction_takes_up_what_a_quick_one_has_run():
     quick, full = (
-        {t.identity for t in joined(STUDIES["asynchrony"].trials(size)).trials} for size in (QUICK, FULL)
+        {t.identity for t in joined(asked(STUDIES["asynchrony"].trials(size))).trials} for size in (QUICK, FULL)
     )
     assert quick < full
+
+
+def test_a_trial_that_two_studies_ask_for_is_run_once_and_found_by_both():
+    trials = asked([*STUDIES["ablation-easy"].trials(TINY), *STUDIES["asynchrony"].trials(TINY)])
+    once = joined(trials).trials
+    assert len(once) < len(trials) and len({trial.identity for trial in once}) == len(once)
+    entry = {"status": "succeeded", "episodes": [[1, 20, 1.0, "goal", 30.0, 2]]}
+    store = SimpleNamespace(entries={trial.identity: entry for trial in once})
+    measured, missing = found_by(trials, store)
+    evidence = Evidence(measured)
+    assert not missing
+    for preset in ("paper", "colony"):
+        where = {"scenario": "easy", "variant": None, "backend": "nodeworld", "mode": "synchronous", "policy": preset}
+        assert set(evidence.matching(where).by_seed("steps")) == {10, 11}
+        for parameter, values in ABLATED["easy"].items():
+            for value in values:
+                assert set(evidence.matching({**where, parameter: value}).by_seed("steps")) == {10, 11}, parameter
 
 
 # -- the report ---------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections import Counter
 from pathlib import Path
 
@@ -19,6 +20,18 @@ def rows(directory: Path, table: str) -> list[dict[str, object]]:
     return [{name: value for name, value in row.items() if name not in ("seconds", "error")} for row in found]
 
 
+def one_processor() -> dict[str, object]:
+    """A node's arguments. With ports that are given it need not wait for its agent to choose them."""
+    names = ("metrics_agent_port", "metrics_export_port", "runtime_env_agent_port", "dashboard_agent_listen_port")
+    sockets = [socket.socket() for _ in names]
+    for one in sockets:
+        one.bind(("127.0.0.1", 0))
+    ports = {name: one.getsockname()[1] for name, one in zip(names, sockets, strict=True)}
+    for one in sockets:
+        one.close()
+    return {"num_cpus": 1, "include_dashboard": False, **ports}
+
+
 def test_a_node_that_goes_away_changes_nothing(tmp_path, monkeypatch):
     # A busy machine takes longer to start a node than Ray waits by default.
     monkeypatch.setenv("RAY_raylet_start_wait_time_s", "120")
@@ -30,9 +43,9 @@ def test_a_node_that_goes_away_changes_nothing(tmp_path, monkeypatch):
     file = tmp_path / "small.yaml"
     file.write_text(FILE)
     run_sweep(file, tmp_path / "local", workers=2)
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+    cluster = Cluster(initialize_head=True, head_node_args=one_processor())
     try:
-        node = cluster.add_node(num_cpus=1)
+        node = cluster.add_node(**one_processor())
         ray.init(address=cluster.address, log_to_driver=False)
         begun: Counter[str] = Counter()
         gone: list[int] = []
