@@ -2,10 +2,12 @@
 
     python benchmarks/sweeps.py overhead --trials 2000
     python benchmarks/sweeps.py kills --trials 400 --kills 50
+    python benchmarks/sweeps.py ray --trials 200
 
 `overhead` runs trials of sanity as a sweep and, in turn, in a bare `multiprocessing.Pool` of as many processes, which
 begins cold too and reads the scenario once in each. `kills` kills a sweep with its whole process group at random
-moments, resumes it each time, and compares its tables with those of one that was left alone.
+moments, resumes it each time, and compares its tables with those of one that was left alone. `ray` runs a sweep on a
+Ray cluster of two nodes of this machine, kills one half-way, and compares in the same way.
 """
 
 import argparse
@@ -65,22 +67,29 @@ def rows(directory: Path, table: str) -> list[dict[str, object]]:
     return [{name: value for name, value in row.items() if name != "seconds"} for row in found.to_pylist()]
 
 
+def finished(directory: Path) -> int:
+    journal = directory / "journal.jsonl"
+    return journal.read_bytes().count(b'"status":"succeeded"') if journal.exists() else 0
+
+
 def kills(trials: int, episodes: int, workers: int, times: int) -> int:
     rng, done = random.Random(0), 0
     with tempfile.TemporaryDirectory() as folder:
         file = sweep_file(Path(folder), trials, episodes)
         whole, out = Path(folder) / "whole", Path(folder) / "killed"
-        began = time.perf_counter()
         run_sweep(file, whole, workers=workers)
-        pace = (time.perf_counter() - began) / trials
         command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
-        begun = 0
         while True:
             process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
             if done < times:
-                # From its first second to as long as its share of the trials may take.
+                # After up to one and a half times its share of the trials that are left; now and then while it starts.
+                there = finished(out)
+                share = (trials - there) / (times - done)
+                wanted = there + rng.randrange(max(1, round(1.5 * share))) if rng.random() < 0.8 else 0
+                while process.poll() is None and finished(out) < wanted:
+                    time.sleep(0.005)
                 try:
-                    process.wait(rng.uniform(0.5, 2.5 + 2.0 * pace * trials / times))
+                    process.wait(rng.uniform(0.0, 0.1 if wanted else 1.5))
                 except subprocess.TimeoutExpired:
                     os.killpg(process.pid, signal.SIGKILL)
                     done += 1
@@ -97,9 +106,37 @@ def kills(trials: int, episodes: int, workers: int, times: int) -> int:
     return int(not same or twice > 0 or begun - trials > workers * done)
 
 
+def on_ray(trials: int, episodes: int) -> int:
+    import ray
+    from ray.cluster_utils import Cluster
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = sweep_file(Path(folder), trials, episodes)
+        whole, out = Path(folder) / "whole", Path(folder) / "ray"
+        run_sweep(file, whole)
+        cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+        node = cluster.add_node(num_cpus=1)
+        ray.init(address=cluster.address, log_to_driver=False)
+        begun, gone = [], []
+
+        def watch(outcome: object, done: int, total: int) -> None:
+            begun.append(getattr(outcome, "status", "") == "running")
+            if done >= total // 2 and not gone:
+                cluster.remove_node(node, allow_graceful=False)
+                gone.append(done)
+
+        run_sweep(file, out, engine="ray", on_outcome=watch)
+        ray.shutdown()
+        cluster.shutdown()
+        same = all(rows(out, table) == rows(whole, table) for table in ("trials", "episodes"))
+    print(f"{trials} trials on two nodes, one killed after {gone[0]}: tables equal {same}, "
+          f"begun again {sum(begun) - trials}")  # fmt: skip
+    return int(not same)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("overhead", "kills"))
+    parser.add_argument("what", choices=("overhead", "kills", "ray"))
     parser.add_argument("--trials", type=int, default=400)
     parser.add_argument("--episodes", type=int, default=30)
     parser.add_argument("--workers", type=int, default=2)
@@ -107,6 +144,8 @@ def main() -> int:
     asked = parser.parse_args()
     if asked.what == "overhead":
         return overhead(asked.trials, asked.episodes, asked.workers)
+    if asked.what == "ray":
+        return on_ray(asked.trials, asked.episodes)
     return kills(asked.trials, asked.episodes, asked.workers, asked.kills)
 
 

@@ -10,11 +10,13 @@ from typer.core import TyperGroup
 from colonysim.cli import (
     backends,
     bench,
+    compare,
     evaluate,
     export,
     new,
     plot,
     report,
+    reproduce,
     results,
     run,
     scenarios,
@@ -68,7 +70,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-for module in (run, scenarios, new, validate, backends, schema, view, plot, report, export, sweep, results, bench):
+for module in (
+    run, scenarios, new, validate, backends, schema, view, plot, report, export, sweep, results, compare, reproduce, bench,
+):  # fmt: skip
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)
 app.add_typer(train.app, name="train")

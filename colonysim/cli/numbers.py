@@ -6,7 +6,9 @@ import re
 
 import typer
 
-__all__ = ["read_numbers"]
+from colonysim.errors import ColonysimError
+
+__all__ = ["read_numbers", "read_span"]
 
 
 def read_numbers(text: str) -> tuple[int, ...]:
@@ -23,3 +25,17 @@ def read_numbers(text: str) -> tuple[int, ...]:
             raise typer.BadParameter(f"{text!r} is no list of numbers; expected one such as 1,3,10 or 1-5")
         numbers.extend(range(first, last + 1))
     return tuple(dict.fromkeys(numbers))
+
+
+def read_span(text: str | None) -> tuple[int, int] | None:
+    """Reads `11-20`, or one number, as first and last; None for nothing.
+
+    Raises:
+        ColonysimError: It is neither.
+    """
+    if text is None:
+        return None
+    first, _, last = text.partition("-")
+    if not (first.isdigit() and (last or first).isdigit()):
+        raise ColonysimError(f"--episodes {text}: expected a number, or two such as 11-20")
+    return int(first), int(last or first)

@@ -33,6 +33,7 @@ def command(
     It can be asked while the sweep runs: the tables are some seconds old then.
     """
     from colonysim.cli.console import print_json, print_table
+    from colonysim.cli.numbers import read_span
     from colonysim.sweep.tables import query, read_table, summary
 
     if sql is not None:
@@ -42,7 +43,7 @@ def command(
         else:
             print_table(names, [["" if v is None else str(v) for v in row] for row in rows])
         return
-    found = summary(read_table(directory, "trials"), read_table(directory, "episodes"), by, _range(episodes))
+    found = summary(read_table(directory, "trials"), read_table(directory, "episodes"), by, read_span(episodes))
     if as_json:
         print_json(found)
         return
@@ -59,14 +60,3 @@ def _cell(row: dict[str, Any], name: str) -> str:
         return str(value)
     digits = 3 if name == "success" else 1
     return f"{value:.{digits}f} [{row[f'{name}_low']:.{digits}f}, {row[f'{name}_high']:.{digits}f}]"
-
-
-def _range(episodes: str | None) -> tuple[int, int] | None:
-    from colonysim.errors import ColonysimError
-
-    if episodes is None:
-        return None
-    first, _, last = episodes.partition("-")
-    if not (first.isdigit() and (last or first).isdigit()):
-        raise ColonysimError(f"--episodes {episodes}: expected a number, or two such as 11-20")
-    return int(first), int(last or first)

@@ -16,6 +16,7 @@ EXAMPLES = """\b
 Examples:
   colonysim sweep beta.yaml --out results/beta
   colonysim sweep beta.yaml --out results/beta --retry failed
+  RAY_ADDRESS=head:6379 colonysim sweep beta.yaml --out results/beta --engine ray
   colonysim results results/beta
 
 \b
@@ -32,6 +33,10 @@ def command(
     workers: Annotated[
         int | None, typer.Option("--workers", "-w", min=1, help="Trials at a time. [default: one for each processor]")
     ] = None,
+    engine: Annotated[
+        Literal["local", "ray"],
+        typer.Option(help="Processes of this machine, or the Ray cluster that RAY_ADDRESS names (else one here)."),
+    ] = "local",
     retry: Annotated[Literal["failed"] | None, typer.Option(help="Run trials that failed once more.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
@@ -54,7 +59,7 @@ def command(
 
         try:
             planned, store = run_sweep(
-                file, out, workers=workers, retry_failed=retry == "failed", on_outcome=watch
+                file, out, workers=workers, engine=engine, retry_failed=retry == "failed", on_outcome=watch
             )
         except KeyboardInterrupt:
             say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")

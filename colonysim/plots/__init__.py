@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training"]
+__all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
 
 KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes")
 """What can be drawn of the run of a colony."""
@@ -34,6 +34,7 @@ def draw(
     box: int | None = None,
     out: str | Path | None = None,
     kind: Literal["png", "svg", "pdf"] = "png",
+    dpi: float = 130,
 ) -> list[Path]:
     """Draws a run and returns the images.
 
@@ -47,6 +48,7 @@ def draw(
         box: The box whose B is drawn; by default an image for each of the first six.
         out: Where to put the images; by default `plots` in the run directory.
         kind: File format.
+        dpi: Pixels an inch.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -66,7 +68,7 @@ def draw(
     images = []
     for name, make in jobs:
         path = Path(out) / f"{name}.{kind}"
-        _save(make(), path, kind)
+        save(make(), path, kind, dpi)
         images.append(path)
     return images
 
@@ -104,7 +106,7 @@ def draw_training(
     folder = Path(folder)
     name, make = ("calibration", calibration_figure) if _is_fit(folder) else ("learning", learning_figure)
     path = (folder / "plots" if out is None else Path(out)) / f"{name}.{kind}"
-    _save(make(folder), path, kind)
+    save(make(folder), path, kind)
     return [path]
 
 
@@ -185,13 +187,18 @@ def _episodes(run: Run, wanted: Sequence[int] | None) -> list[int]:
     return list(wanted)
 
 
-def _save(figure: Figure, path: Path, kind: str) -> None:
+def save(figure: Figure, path: Path, kind: str, dpi: float = 130) -> None:
+    """Writes a figure in one step.
+
+    Raises:
+        ColonysimError: It cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.tmp")
     # Without dates in the files the same run gives the same bytes.
     metadata = {"png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(temporary, format=kind, dpi=130, metadata=metadata)
+        figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)
         temporary.replace(path)
     except OSError as error:
         raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error

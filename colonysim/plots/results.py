@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from statistics import fmean, stdev
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from colonysim.intervals import student
 from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
 
 if TYPE_CHECKING:
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 __all__ = ["results_figure", "running_interval"]
 
 WINDOW = 5
-# Two-sided 95 % points of Student's t for 1, 2, ... degrees of freedom.
-_T95 = (12.706, 4.303, 3.182, 2.776)
 
 
 def running_interval(values: Sequence[float], window: int = WINDOW) -> list[tuple[float, float, float]]:
@@ -30,8 +28,8 @@ def running_interval(values: Sequence[float], window: int = WINDOW) -> list[tupl
         begin = max(0, min(i - window // 2, len(values) - window))
         part = values[begin : begin + window]
         mean = fmean(part)
-        half = _T95[len(part) - 2] * stdev(part) / math.sqrt(len(part)) if len(part) > 1 else 0.0
-        found.append((mean, mean - half, mean + half))
+        low, high = student(part) if len(part) > 1 else (mean, mean)
+        found.append((mean, low, high))
     return found
 
 

@@ -22,7 +22,7 @@ from colonysim.world.source import read_file
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-__all__ = ["Limits", "Sweep", "Trial", "found", "load_sweep"]
+__all__ = ["Limits", "Sweep", "Trial", "found", "load_sweep", "plan_sweep"]
 
 MAX_TRIALS = 1_000_000
 """Most trials of one sweep."""
@@ -154,14 +154,27 @@ def load_sweep(path: str | Path) -> Sweep:
     """
     path = Path(path)
     document, positions = read_file(path, str(path))
-    places = Places(str(path), positions)
     if not isinstance(document, dict):
         raise ScenarioError(f"{path}: expected fields such as `scenarios:` and `seeds:`")
+    return _planned({"name": path.stem, **document}, path.parent, Places(str(path), positions))
+
+
+def plan_sweep(document: Mapping[str, Any]) -> Sweep:
+    """The sweep that a file with these fields would describe; paths in it are relative to the current directory.
+
+    Raises:
+        ScenarioError: One message: field, what is wrong.
+        ColonysimError: The sweep is too large.
+    """
+    return _planned(document, Path(), Places("sweep", {}))
+
+
+def _planned(document: Mapping[str, Any], folder: Path, places: Places) -> Sweep:
     try:
-        file = _File.model_validate({"name": path.stem, **document})
+        file = _File.model_validate(document)
     except ValidationError as error:
         raise _complaint(error, document, places) from None
-    return Sweep(file.name, tuple(_trials(file, path.parent, places)), file.limits)
+    return Sweep(file.name, tuple(_trials(file, folder, places)), file.limits)
 
 
 def _complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:

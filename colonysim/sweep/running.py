@@ -6,7 +6,7 @@ import os
 import shutil
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from colonysim.errors import ColonysimError
 from colonysim.sweep.plan import load_sweep
@@ -15,11 +15,13 @@ from colonysim.sweep.tables import write_tables
 from colonysim.sweep.workers import Outcome, run_locally
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Generator, Sequence
 
-    from colonysim.sweep.plan import Sweep
+    from colonysim.sweep.plan import Limits, Sweep, Trial
 
-__all__ = ["run_sweep"]
+__all__ = ["Engine", "run_planned", "run_sweep"]
+
+Engine = Literal["local", "ray"]
 
 TABLES_EVERY = 10.0
 """Least seconds of wall clock between two writings of the tables; longer where they would take over a tenth of it."""
@@ -30,6 +32,7 @@ def run_sweep(
     out: str | Path,
     *,
     workers: int | None = None,
+    engine: Engine = "local",
     retry_failed: bool = False,
     on_outcome: Callable[[Outcome, int, int], None] | None = None,
 ) -> tuple[Sweep, Store]:
@@ -42,7 +45,8 @@ def run_sweep(
     Args:
         file: The sweep file.
         out: The sweep's directory: its journal, its tables and a copy of the file.
-        workers: How many trials run at a time; None: one for each processor.
+        workers: How many trials run at a time; None: one for each processor, with Ray of the cluster.
+        engine: "local", or "ray" for the Ray cluster that `RAY_ADDRESS` names, or one on this machine.
         retry_failed: Whether trials that have failed are run again too.
         on_outcome: Called when a trial begins and when it ends, with how many are done and how many there are.
 
@@ -53,14 +57,33 @@ def run_sweep(
         ColonysimError: The file is wrong, or the directory cannot be used.
     """
     planned = load_sweep(file)
+    store = run_planned(
+        planned, out, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=on_outcome,
+        copy_of=Path(file),
+    )  # fmt: skip
+    return planned, store
+
+
+def run_planned(
+    planned: Sweep,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    engine: Engine = "local",
+    retry_failed: bool = False,
+    on_outcome: Callable[[Outcome, int, int], None] | None = None,
+    copy_of: Path | None = None,
+) -> Store:
+    """The same for trials that are planned already; `copy_of` is the file that they come from, if there is one."""
     finished = {"succeeded"} if retry_failed else {"succeeded", "failed"}
     with Store(out, write=True) as store:
-        _keep_copy(Path(file), store.directory)
+        if copy_of is not None:
+            _keep_copy(copy_of, store.directory)
         left = [t for t in planned.trials if store.entries.get(t.identity, {}).get("status") not in finished]
         done, total = len(planned.trials) - len(left), len(planned.trials)
         written = 0.0
         running: dict[str, Outcome] = {}
-        outcomes = run_locally(left, planned.limits, workers or os.cpu_count() or 1)
+        outcomes = _engine(engine)(left, planned.limits, workers)
         try:
             for outcome in outcomes:
                 store.put(outcome)
@@ -82,7 +105,15 @@ def run_sweep(
         finally:
             outcomes.close()
             write_tables(store.directory, planned.trials, store.entries)
-    return planned, store
+    return store
+
+
+def _engine(name: Engine) -> Callable[[Sequence[Trial], Limits, int | None], Generator[Outcome, None, None]]:
+    if name == "local":
+        return lambda trials, limits, workers: run_locally(trials, limits, workers or os.cpu_count() or 1)
+    from colonysim.sweep.on_ray import run_on_ray
+
+    return run_on_ray
 
 
 def _keep_copy(file: Path, directory: Path) -> None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from colonysim.sweep.plan import Limits, Trial
 
-__all__ = ["Outcome", "run_locally"]
+__all__ = ["DEATHS", "Outcome", "attempt", "limit_memory", "run_locally"]
 
 DEATHS = 3
 """A trial whose process dies so often has failed; the first times it is begun again, after all others."""
@@ -176,22 +176,29 @@ class _Worker:
 def _work(pipe: Connection, memory_mb: float | None) -> None:
     # Ctrl-C goes to the whole group; the parent decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    limit_memory(memory_mb)
+    try:
+        pipe.send(("ready", None))
+        while True:
+            pipe.send(attempt(pipe.recv(), memory_mb))
+    except (EOFError, OSError):
+        pass  # the parent is gone, or done
+
+
+def limit_memory(memory_mb: float | None) -> None:
+    """Limits the data of this process, where the system can."""
     if memory_mb is not None and sys.platform != "win32":
         import resource
 
         most = int(memory_mb * 1e6)
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+def attempt(trial: Trial, memory_mb: float | None) -> tuple[str, Any]:
+    """Runs a trial in this process: "succeeded" and its result, or "failed" and why."""
     try:
-        pipe.send(("ready", None))
-        while True:
-            trial = pipe.recv()
-            word: tuple[str, Any]
-            try:
-                word = ("succeeded", run_trial(trial))
-            except MemoryError:
-                word = ("failed", f"took more than {memory_mb:g} MB" if memory_mb else traceback.format_exc())
-            except Exception:
-                word = ("failed", traceback.format_exc())
-            pipe.send(word)
-    except (EOFError, OSError):
-        pass  # the parent is gone, or done
+        return "succeeded", run_trial(trial)
+    except MemoryError:
+        return "failed", f"took more than {memory_mb:g} MB" if memory_mb else traceback.format_exc()
+    except Exception:
+        return "failed", traceback.format_exc()

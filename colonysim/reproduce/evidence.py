@@ -1,0 +1,135 @@
+"""What the trials of a reproduction have found, and results that were stored before."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import TYPE_CHECKING, Any, Literal
+
+from colonysim.errors import ColonysimError
+from colonysim.sweep.tables import EPISODE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from colonysim.sweep import Store, Trial
+
+__all__ = ["Evidence", "Measured", "found_by", "read_lines", "stored_on_bullet"]
+
+Measure = Literal["steps", "success", "sim_seconds"]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A trial that has succeeded.
+
+    Attributes:
+        settings: Its columns: scenario, variant, backend, policy, mode and the backend's options.
+        parameters: Fields of the scenario that were set.
+        seed: Its seed.
+        episodes: One mapping an episode, as in the table of episodes.
+    """
+
+    settings: Mapping[str, Any]
+    parameters: Mapping[str, Any]
+    seed: int
+    episodes: tuple[Mapping[str, Any], ...]
+
+
+class Evidence:
+    """Trials, and questions to them."""
+
+    def __init__(self, trials: Iterable[Measured]) -> None:
+        self.trials = tuple(trials)
+
+    def matching(self, settings: Mapping[str, Any]) -> Evidence:
+        """The trials with these settings, and with no parameter set that is not among them."""
+        return Evidence(
+            trial
+            for trial in self.trials
+            if set(trial.parameters) <= set(settings)
+            and all({**trial.settings, **trial.parameters}.get(name) == value for name, value in settings.items())
+        )
+
+    def by_seed(
+        self, measure: Measure, span: tuple[int, int] | None = None, *, only_at_goal: bool = False
+    ) -> dict[int, float]:
+        """For each seed the mean of a measure over its episodes.
+
+        Args:
+            measure: Which.
+            span: First and last episode that count; None for all.
+            only_at_goal: Whether only episodes count in which all agents reached the goal.
+        """
+        first, last = span or (1, 10**9)
+        found = {}
+        for trial in self.trials:
+            values = [
+                float(episode[measure])
+                for episode in trial.episodes
+                if first <= episode["episode"] <= last and (episode["ended"] == "goal" or not only_at_goal)
+            ]
+            if values:
+                found[trial.seed] = fmean(values)
+        return found
+
+    def pairs(
+        self, one: Mapping[str, Any], other: Mapping[str, Any], measure: Measure, span: tuple[int, int] | None = None
+    ) -> tuple[list[float], list[float]]:
+        """A measure under two settings, for the seeds that both have."""
+        left = self.matching(one).by_seed(measure, span)
+        right = self.matching(other).by_seed(measure, span)
+        both = sorted(left.keys() & right.keys())
+        return [left[seed] for seed in both], [right[seed] for seed in both]
+
+
+def found_by(trials: Iterable[Trial], store: Store) -> tuple[list[Measured], list[str]]:
+    """The trials that have succeeded, and a line for each that has not."""
+    measured, missing = [], []
+    for trial in trials:
+        entry = store.entries.get(trial.identity, {"status": "pending"})
+        about = trial.described()
+        if entry["status"] != "succeeded":
+            reason = str(entry.get("error", "")).strip().splitlines()
+            words = ", ".join(f"{name} {value}" for name, value in about.items() if value is not None)
+            missing.append(f"{words}: {entry['status']}{f' ({reason[-1]})' if reason else ''}")
+            continue
+        settings = {name: value for name, value in about.items() if name not in trial.parameters and name != "seed"}
+        episodes = tuple(dict(zip(EPISODE, row, strict=True)) for row in entry["episodes"])
+        measured.append(Measured(settings, trial.parameters, trial.seed, episodes))
+    return measured, missing
+
+
+def stored_on_bullet(path: Path) -> list[Measured]:
+    """Runs on Bullet that `benchmarks/bullet_tables.py` has stored: preset `colony`, several executors.
+
+    Raises:
+        ColonysimError: The file cannot be read, or is none of these.
+    """
+    measured = []
+    for row in read_lines(path):
+        try:
+            name, _, variant = row["map"].partition(":")
+            settings = {
+                "scenario": name, "variant": variant or ("r20-4" if name == "hard" else None), "backend": "bullet",
+                "policy": "colony", "mode": "asynchronous", "backend.push": row["push"],
+            }  # fmt: skip
+            episodes = tuple({"episode": number, **episode} for number, episode in enumerate(row["episodes"], 1))
+            measured.append(Measured(settings, {}, row["seed"], episodes))
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ColonysimError(f"{path}: not runs on Bullet as benchmarks/bullet_tables.py stores them") from error
+    return measured
+
+
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    """The rows of a file with a JSON object a line.
+
+    Raises:
+        ColonysimError: It cannot be read.
+    """
+    try:
+        return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    except (OSError, ValueError) as error:
+        raise ColonysimError(f"{path}: cannot be read: {error}") from error

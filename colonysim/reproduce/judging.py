@@ -1,0 +1,148 @@
+"""When a result agrees with the paper, and when not: one rule for all, computed from intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from statistics import fmean
+from typing import TYPE_CHECKING, Literal
+
+from colonysim.intervals import of_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["RULE", "Expected", "Figure", "Reported", "Verdict", "direction", "level", "share"]
+
+Expected = Literal["more", "less", "same"]
+Word = Literal["agrees", "disagrees", "undecided"]
+
+NEGLIGIBLE = 0.10
+"""A difference within this share of the two means' average is none worth the name."""
+COARSE = {"steps": 0.25, "success": 0.10, "reward": 1.0}
+"""Half of an interval wider than this says nothing; of steps relative to the paper's figure."""
+
+RULE = f"""\
+Intervals are of 95 %: over seeds, since the episodes of a run depend on each other; by bootstrap (2,000 resamples) from
+8 seeds on, Student's for fewer, none for one; seeds that all give the same leave it without width. Shares of runs have
+Wilson's.
+
+- **A figure of the paper** is compared by the difference, ours less the paper's; its interval joins ours with that \
+of the paper's mean (its standard deviation over the root of its episodes). It *disagrees* if the interval leaves out \
+0, and lies above or below; it *agrees* if the interval holds 0 and reaches no further from its middle than \
+{COARSE["steps"]:.0%} of the paper's steps, {COARSE["success"]:g} of success or {COARSE["reward"]:g} of reward; else \
+it is *undecided*.
+- **A claim of a difference** is tested on the difference of two settings, paired by seed. It *agrees* if the interval \
+lies wholly on the claimed side of 0; it *disagrees* if it lies wholly on the other side, or wholly within the \
+negligible, which is {NEGLIGIBLE:.0%} of the average of the two means; else it is *undecided*.
+- **A claim of no difference** *agrees* if the interval lies within the negligible, *disagrees* if it lies outside, \
+else it is *undecided*.
+- **A claim about what happens** in a run is tested on the share of runs in which it does: it *agrees* if the interval \
+lies above one half, *disagrees* if below, else it is *undecided*.
+"""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A mean with its 95 % interval; `low` and `high` are None where there are too few values for one.
+
+    Attributes:
+        mean: Of the values.
+        low: Lower end.
+        high: Upper end.
+        count: Number of values.
+    """
+
+    mean: float
+    low: float | None
+    high: float | None
+    count: int
+
+    @classmethod
+    def of(cls, values: Sequence[float], within: tuple[float, float] | None = None) -> Figure | None:
+        """The mean of values, None of none; `within` is what they can be at all."""
+        if not values:
+            return None
+        low, high = of_mean(values) or (None, None)
+        if within is not None and low is not None and high is not None:
+            low, high = max(low, within[0]), min(high, within[1])
+        return cls(fmean(values), low, high, len(values))
+
+    def shown(self, digits: int, sign: bool = False) -> str:
+        """As text: `mean [low, high]`."""
+        form = f"{{:{'+' if sign else ''}.{digits}f}}"
+        if self.low is None or self.high is None:
+            return form.format(self.mean)
+        return f"{form.format(self.mean)} [{form.format(self.low)}, {form.format(self.high)}]"
+
+
+@dataclass(frozen=True)
+class Reported:
+    """A figure of the paper: mean and standard deviation over so many episodes."""
+
+    mean: float
+    sd: float
+    count: int
+
+    @property
+    def half(self) -> float:
+        """Half of the 95 % interval of the mean."""
+        return 1.959964 * self.sd / sqrt(self.count)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the rule says.
+
+    Attributes:
+        word: "agrees", "disagrees" or "undecided".
+        difference: Ours less the paper's, or one setting's less the other's; None where nothing could be compared.
+    """
+
+    word: Word
+    difference: Figure | None
+
+    @property
+    def side(self) -> Literal["above", "below"] | None:
+        """Where the difference lies, if its interval leaves out 0."""
+        d = self.difference
+        if d is None or d.low is None or d.high is None or d.low <= 0.0 <= d.high:
+            return None
+        return "above" if d.low > 0.0 else "below"
+
+
+def level(ours: Figure | None, paper: Reported, measure: str) -> Verdict:
+    """Whether a figure is that of the paper."""
+    if ours is None:
+        return Verdict("undecided", None)
+    difference = ours.mean - paper.mean
+    if ours.low is None or ours.high is None:
+        return Verdict("undecided", Figure(difference, None, None, ours.count))
+    low = difference - sqrt((ours.mean - ours.low) ** 2 + paper.half**2)
+    high = difference + sqrt((ours.high - ours.mean) ** 2 + paper.half**2)
+    found = Figure(difference, low, high, ours.count)
+    if low > 0.0 or high < 0.0:
+        return Verdict("disagrees", found)
+    widest = COARSE[measure] * (paper.mean if measure == "steps" else 1.0)
+    return Verdict("agrees" if (high - low) / 2.0 <= widest else "undecided", found)
+
+
+def direction(one: Sequence[float], other: Sequence[float], expected: Expected) -> Verdict:
+    """Whether `one` is more than, less than or the same as `other`, value by value of the same seed."""
+    found = Figure.of([a - b for a, b in zip(one, other, strict=True)])
+    if found is None or found.low is None or found.high is None:
+        return Verdict("undecided", found)
+    slack = NEGLIGIBLE * abs(fmean(one) + fmean(other)) / 2.0
+    within = -slack <= found.low and found.high <= slack
+    if expected == "same":
+        outside = found.low > slack or found.high < -slack
+        return Verdict("agrees" if within else "disagrees" if outside else "undecided", found)
+    claimed, against = found.low > 0.0, found.high < 0.0
+    if expected == "less":
+        claimed, against = against, claimed
+    return Verdict("agrees" if claimed else "disagrees" if against or within else "undecided", found)
+
+
+def share(low: float, high: float) -> Word:
+    """Whether something happens in most runs, by the interval of its share."""
+    return "agrees" if low > 0.5 else "disagrees" if high < 0.5 else "undecided"

@@ -1,0 +1,232 @@
+"""Runs what the studies need and writes the report."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from colonysim import __version__
+from colonysim.errors import ColonysimError
+from colonysim.reproduce import plans
+from colonysim.reproduce.context import Context
+from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown, replace_text
+from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_on_bullet
+from colonysim.reproduce.judging import RULE
+from colonysim.reproduce.paper import the_paper
+from colonysim.reproduce.push import Trainings
+from colonysim.reproduce.push_study import push_part
+from colonysim.reproduce.studies import ablation_part, asynchrony_part, bullet_part, drawings_part, nodeworld_part
+from colonysim.suggest import nearest
+from colonysim.sweep import run_planned
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from colonysim.sweep.workers import Outcome
+
+__all__ = ["STUDIES", "Made", "Study", "reproduce", "stored"]
+
+
+@dataclass(frozen=True)
+class Study:
+    """A part of the report.
+
+    Attributes:
+        title: Its heading.
+        places: The paper's figures and tables that it is about.
+        part: Makes its blocks.
+        trials: The sweeps it needs.
+        bullet: Whether it needs PyBullet.
+    """
+
+    title: str
+    places: str
+    part: Callable[[Context], list[Block]]
+    trials: Callable[[plans.Size], list[dict[str, Any]]] = lambda size: []
+    bullet: bool = False
+
+
+def _drawings(study: str, *names: str) -> Callable[[Context], list[Block]]:
+    return lambda context: drawings_part(context, study, names)
+
+
+STUDIES = {
+    "performance-nodeworld": Study(
+        "Performance on the node world", "PerformanceEasyMedium, HardResults", nodeworld_part, plans.nodeworld
+    ),
+    "performance-bullet": Study(
+        "Performance on Bullet", "PerformanceEasyMedium, HardResults", bullet_part, plans.bullet, bullet=True
+    ),
+    "ablation-sanity": Study(
+        "Ablations on sanity", "AblationSanity", lambda context: ablation_part(context, "sanity"),
+        lambda size: plans.ablation(size, "sanity"),
+    ),
+    "ablation-easy": Study(
+        "Ablations on easy", "AblationEasy", lambda context: ablation_part(context, "easy"),
+        lambda size: plans.ablation(size, "easy"),
+    ),
+    "asynchrony": Study(
+        "Asynchronous against synchronous", "Section 3.5.2, Deadlock", asynchrony_part, plans.asynchrony
+    ),
+    "pheromones-sanity": Study(
+        "Pheromones on sanity", "SanityDevelopment",
+        _drawings("pheromones-sanity", "sanity-D", "sanity-E", "sanity-B", "sanity-trajectories"),
+    ),
+    "hole-edge-case": Study("The edge case of H", "HPheromoneEdgeCase", _drawings("hole-edge-case", "sanity-H")),
+    "pheromones-easy": Study(
+        "Pheromones on easy", "EasyDPheromone, EasyEPheromone, EasyTrajectoryFourth",
+        _drawings("pheromones-easy", "easy-D", "easy-E", "easy-trajectories"),
+    ),
+    "pheromones-medium": Study(
+        "Pheromones on medium", "MediumPheromones, MediumBPheromone, MediumTrajectoryEnd",
+        _drawings("pheromones-medium", "medium-D", "medium-B", "medium-trajectories"),
+    ),
+    "pheromones-hard": Study(
+        "Pheromones on hard",
+        "HardDPheromone, HardTrajectoriesEnd, Hard4HPheromone, Hard6HPheromone, HardTrajectoriesEnd2",
+        _drawings(
+            "pheromones-hard", "hard-D", "hard-trajectories", "hard-r5-4-H", "hard-r5-6-H", "hard-r5-6-trajectories"
+        ),
+    ),
+    "trajectories-bullet": Study(
+        "Trajectories on Bullet",
+        "EasyTrajectoryFirst, EasyTrajectoryThird, EasyTrajectoryFourth, MediumTrajectoryFirst, HardTrajectoriesEnd",
+        _drawings("trajectories-bullet", "bullet-easy", "bullet-medium", "bullet-hard"), bullet=True,
+    ),
+    "push": Study("The push", "SingleDDQNAblation, PolicyStyleTest", push_part),
+}  # fmt: skip
+"""What can be reproduced, by name."""
+_STORED = "performance-bullet"
+"""The study whose runs may be taken from a file."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a reproduction has made.
+
+    Attributes:
+        markdown: The report, whose images are beside it.
+        html: The same in one file.
+        verdicts: How often each word was said.
+        gaps: What is missing, and why.
+    """
+
+    markdown: Path
+    html: Path
+    verdicts: Counter[str]
+    gaps: tuple[str, ...]
+
+
+def reproduce(
+    out: str | Path,
+    names: Sequence[str] = (),
+    *,
+    size: plans.Size = plans.FULL,
+    workers: int | None = None,
+    bullet: str | Path | None = None,
+    trainings: str | Path | None = None,
+    on_outcome: Callable[[Outcome, int, int], None] | None = None,
+    on_study: Callable[[str], None] | None = None,
+) -> Made:
+    """Runs studies and writes `reproduction.md` and `reproduction.html`; what is there already is not run again.
+
+    Args:
+        out: The directory: report, images, trials and recorded runs.
+        names: Which of `STUDIES`; all if empty.
+        size: How much is run.
+        workers: Trials at a time; None: one for each processor.
+        bullet: Stored runs on Bullet to take instead of running them.
+        trainings: Stored trainings of the push; by default those that come with the package.
+        on_outcome: Called when a trial begins or ends, with how many are done and how many there are.
+        on_study: Called with the name of each study before it is written.
+
+    Raises:
+        ColonysimError: There is no such study, something needed is not installed, or a file cannot be read or written.
+    """
+    out = Path(out)
+    for name in names:
+        if name not in STUDIES:
+            raise ColonysimError(f"nothing to reproduce by the name {name!r}; {nearest(name, STUDIES)}")
+    chosen = {name: study for name, study in STUDIES.items() if name in names or not names}
+    kept = stored_on_bullet(Path(bullet)) if bullet else []
+    gaps: list[str] = []
+    if find_spec("pybullet") is None:
+        without = [name for name, study in chosen.items() if study.bullet and not (kept and name == _STORED)]
+        gaps += [f"{name}: PyBullet is not installed; pip install 'colonysim[bullet]'." for name in without]
+        chosen = {name: study for name, study in chosen.items() if name not in without}
+    measured: list[Measured] = []
+    documents = [
+        document
+        for name, study in chosen.items()
+        if not (kept and name == _STORED)
+        for document in study.trials(size)
+    ]
+    if documents:
+        trials = plans.asked(documents)
+        store = run_planned(plans.joined(trials), out / "trials", workers=workers, on_outcome=on_outcome)
+        measured, missing = found_by(trials, store)
+        gaps += [f"trial {line}" for line in missing]
+    source = Path(trainings) if trainings else stored("push_ablation.jsonl")
+    context = Context(
+        out=out, size=size, paper=the_paper(), evidence=Evidence([*measured, *kept]),
+        trainings=Trainings.read(source) if source else None,
+        bullet_from=Path(bullet).name if bullet else None, gaps=gaps,
+    )  # fmt: skip
+    parts: list[Block] = []
+    for name, study in chosen.items():
+        if on_study is not None:
+            on_study(name)
+        parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
+    blocks = [*_opening(context, list(chosen)), *parts]
+    markdown, page = out / "reproduction.md", out / "reproduction.html"
+    replace_text(markdown, as_markdown(blocks))
+    replace_text(page, as_html(blocks, out))
+    return Made(markdown, page, Counter(judged.verdict.word for judged in context.judged), tuple(context.gaps))
+
+
+def stored(name: str) -> Path | None:
+    """A file of results that comes with the package: inside a wheel, or beside it in a checkout."""
+    package = Path(__file__).resolve().parent
+    for path in (package / "results" / name, package.parent.parent / "docs" / "results" / name):
+        if path.is_file():
+            return path
+    return None
+
+
+def _opening(context: Context, names: Sequence[str]) -> list[Block]:
+    size = context.size
+    counts = Counter(judged.verdict.word for judged in context.judged)
+    rows = [
+        [each.about, each.study, each.with_what, _difference(each.verdict.difference, each.digits), each.verdict.word]
+        for each in context.judged
+    ]
+    words = ", ".join(f"{counts[word]} *{word}*" for word in ("agrees", "disagrees", "undecided"))
+    blocks: list[Block] = [
+        Heading(1, "The paper, reproduced"),
+        Text(
+            f"{context.paper.source}, beside colonysim {__version__}. Made by `colonysim reproduce{_asked(names)}`: "
+            f"node world with seeds {size.first_seed}-{size.first_seed + size.seeds - 1}, {size.episodes} episodes a "
+            "run. `paper` is the paper's own rules with their contradictions repaired, `colony` the recommended ones. "
+            "The paper's images are not to be had; its captions and numbers stand in their place."
+        ),
+        Heading(2, "The rule"),
+        *[Text(part) for part in RULE.strip().split("\n\n")],
+        Heading(2, "At a glance"),
+        Text(f"Of {len(rows)} comparisons: {words}."),
+    ]
+    if context.gaps:
+        blocks += [Heading(3, "What is missing"), Text("\n".join(f"- {gap}" for gap in context.gaps))]
+    if rows:
+        blocks.append(Table(["about", "study", "with", "difference or share [95 %]", "verdict"], rows))
+    return blocks
+
+
+def _difference(figure: Any, digits: int) -> str:
+    return figure.shown(digits, sign=True) if figure else "-"
+
+
+def _asked(names: Sequence[str]) -> str:
+    return "" if list(names) == list(STUDIES) else "".join(f" {name}" for name in names)

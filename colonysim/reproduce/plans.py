@@ -1,0 +1,115 @@
+"""Which trials the studies consist of, as sweeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from colonysim.sweep import Sweep, Trial, plan_sweep
+from colonysim.sweep.plan import Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+__all__ = ["ABLATED", "FULL", "HARD", "MAPS", "PRESETS", "QUICK", "Size", "ablation", "asked", "asynchrony", "bullet",
+           "joined", "nodeworld"]  # fmt: skip
+
+HARD = ("r20-4", "r5-4", "r5-6")
+MAPS: tuple[tuple[str, str | None], ...] = (("easy", None), ("medium", None), *(("hard", name) for name in HARD))
+"""The rows of the paper's performance tables: map and variant."""
+PRESETS = ("paper", "colony")
+_LIMITS = Limits(seconds=3600.0)
+
+ABLATED: dict[str, dict[str, tuple[float, ...]]] = {
+    "sanity": {
+        "policy.epsilon": (0.05, 0.2, 0.5), "policy.epsilon_decay": (0.8, 0.95, 0.99), "detection_radius": (3, 5),
+        "policy.beta": (0.5, 1, 2, 4), "policy.box_decay": (0.5, 0.8, 0.95),
+    },
+    "easy": {
+        "policy.epsilon": (0.05, 0.2, 0.5), "policy.epsilon_decay": (0.8, 0.95, 0.99), "detection_radius": (3, 5, 20),
+        "policy.beta": (0.5, 1, 2, 4), "policy.box_decay": (0.5, 0.8, 0.95),
+    },
+}  # fmt: skip
+"""The values of the five parameters that are tried; of the paper's own only the two R of sanity are in its text."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is run.
+
+    Attributes:
+        seeds: Seeds of each setting on the node world.
+        first_seed: The first of them, and of those on Bullet.
+        episodes: Episodes of a run on the node world.
+        bullet_seeds: Seeds of each map on Bullet.
+        bullet_episodes: Episodes of a run on Bullet.
+        drawn: Seeds of the recorded runs whose pheromones are looked at.
+        driven: Episodes of the runs on Bullet whose trajectories are drawn.
+    """
+
+    seeds: int = 20
+    first_seed: int = 1000
+    episodes: int = 30
+    bullet_seeds: int = 3
+    bullet_episodes: int = 20
+    drawn: int = 12
+    driven: int = 10
+
+    def late(self) -> tuple[int, int]:
+        """First and last of the episodes after the pheromones have settled on the node world: the last third."""
+        return self.episodes - self.episodes // 3 + 1, self.episodes
+
+
+FULL = Size()
+QUICK = replace(FULL, seeds=8, bullet_seeds=1, bullet_episodes=3, drawn=6, driven=4)
+
+
+def _document(size: Size, maps: Iterable[tuple[str, str | None]], **more: Any) -> dict[str, Any]:
+    chosen = [{"scenario": name, "variants": [variant]} for name, variant in maps]
+    seeds = {"count": size.seeds, "first": size.first_seed}
+    return {"scenarios": chosen, "policies": list(PRESETS), "seeds": seeds, "episodes": size.episodes, **more}
+
+
+def nodeworld(size: Size) -> list[dict[str, Any]]:
+    """Both presets on all maps, agents acting in their own time as in the paper's physics."""
+    return [_document(size, [("sanity", None), *MAPS], modes=["asynchronous"])]
+
+
+def bullet(size: Size) -> list[dict[str, Any]]:
+    """The preset `colony` on the paper's maps with rigid bodies."""
+    body = [{"name": "bullet", "push": "staged"}]
+    seeds = {"count": size.bullet_seeds, "first": size.first_seed}
+    few = {"policies": ["colony"], "seeds": seeds, "episodes": size.bullet_episodes}
+    return [_document(size, MAPS, modes=["asynchronous"], backends=body) | few]
+
+
+def ablation(size: Size, name: str) -> list[dict[str, Any]]:
+    """One parameter at a time on one map, all agents acting at once as in the paper's node world."""
+    return [
+        _document(size, [(name, None)], modes=["synchronous"], grid={parameter: list(values)})
+        for parameter, values in ABLATED[name].items()
+    ]
+
+
+def asynchrony(size: Size) -> list[dict[str, Any]]:
+    """The same policies in both modes: on the paper's maps, and where colonies can block themselves."""
+    both = ["asynchronous", "synchronous"]
+    rules = {"policy.collision": ["two_node", "reservation"]}
+    return [
+        _document(size, MAPS, modes=both),
+        _document(size, [("deadlock", None), ("junction", None)], modes=both, grid=rules),
+    ]
+
+
+def asked(documents: Iterable[Mapping[str, Any]]) -> list[Trial]:
+    """All trials that some sweeps ask for.
+
+    One may be there under two descriptions: a parameter may be set to what the scenario says anyway.
+    """
+    return [trial for document in documents for trial in plan_sweep(document).trials]
+
+
+def joined(trials: Iterable[Trial]) -> Sweep:
+    """Trials as one sweep, each once, seed by seed, so that all settings grow together."""
+    once = {trial.identity: trial for trial in trials}
+    return Sweep("reproduction", tuple(sorted(once.values(), key=lambda trial: trial.seed)), _LIMITS)

@@ -1,0 +1,103 @@
+"""The push's part of the paper: ablations and the styles of training, from trainings that were stored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import ColonysimError
+from colonysim.reproduce.evidence import read_lines
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from colonysim.reproduce.paper import PushClaim, StyleClaim
+
+__all__ = ["ALL_IN_ONE", "INDIVIDUAL", "PANELS", "SETTINGS", "Trainings"]
+
+PANELS = {
+    "batch size b": {"b = 64": "batch 64", "b = 128": "base", "b = 256": "batch 256"},
+    "exploration steps S": {"S = 1000": "base", "S = 3000": "explore 3000", "S = 5000": "explore 5000"},
+    "target update M": {"M = 300": "base", "M = 600": "target 600", "M = 1200": "target 1200"},
+}
+"""Panels of the figure and what their curves are called; `base` is b = 128, S = 1000, M = 300, on holes."""
+INDIVIDUAL = {"flat": "individual flat", "slope": "individual slope", "hole": "base"}
+ALL_IN_ONE = "all-in-one"
+SETTINGS = tuple(
+    dict.fromkeys([*(name for panel in PANELS.values() for name in panel.values()), *INDIVIDUAL.values(), ALL_IN_ONE])
+)
+
+
+@dataclass(frozen=True)
+class Trainings:
+    """Trainings of one preset and length, as `benchmarks/push_ablation.py` stores them.
+
+    Attributes:
+        base: The preset that was ablated.
+        episodes: Training episodes of each, exploration not counted.
+        rows: One mapping a training.
+    """
+
+    base: str
+    episodes: int
+    rows: tuple[dict[str, Any], ...]
+
+    @classmethod
+    def read(cls, path: Path) -> Trainings | None:
+        """Those of a file that belong to its longest trainings, of these to the preset with the most; None of none.
+
+        Raises:
+            ColonysimError: The file cannot be read, or is none of these.
+        """
+        groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
+        for row in read_lines(path):
+            try:
+                groups.setdefault((row["episodes"], row["base"]), []).append(row)
+                _ = row["setting"], row["seed"], row["tests"], row["pushed"], row["peak_episode"]
+            except (KeyError, TypeError) as error:
+                raise ColonysimError(f"{path}: not trainings as benchmarks/push_ablation.py stores them") from error
+        if not groups:
+            return None
+        episodes, base = max(groups, key=lambda key: (key[0], len(groups[key])))
+        return cls(base, episodes, tuple(groups[episodes, base]))
+
+    def of(self, setting: str) -> dict[int, dict[str, Any]]:
+        """The trainings of a setting by seed."""
+        return {row["seed"]: row for row in self.rows if row["setting"] == setting}
+
+    def rewards(self, setting: str, part: str) -> dict[int, float]:
+        """Mean reward of the tests of each seed: of their first third ("start"), the last ("end"), or "all"."""
+        found = {}
+        for seed, row in self.of(setting).items():
+            values = [test[3] for test in row["tests"]]
+            third = max(1, len(values) // 3)
+            chosen = {"start": values[:third], "end": values[-third:], "all": values}[part]
+            if chosen:
+                found[seed] = fmean(chosen)
+        return found
+
+    def pushed(self, setting: str, terrain: str, measure: str) -> dict[int, float]:
+        """Success or mean reward of the pushes after each training, on a terrain."""
+        column = 0 if measure == "success" else 1
+        return {s: row["pushed"][terrain][column] for s, row in self.of(setting).items() if terrain in row["pushed"]}
+
+    def claimed(self, claim: PushClaim) -> tuple[list[float], list[float]]:
+        """The two sides of a claim, for the seeds that both have."""
+        return _pairs(self.rewards(claim.of, claim.part), self.rewards(claim.than, claim.part))
+
+    def styles(self, claim: StyleClaim) -> tuple[list[float], list[float]]:
+        """All-in-one and individual, for the seeds that both have."""
+        one = self.pushed(ALL_IN_ONE, claim.terrain, claim.measure)
+        return _pairs(one, self.pushed(INDIVIDUAL[claim.terrain], claim.terrain, claim.measure))
+
+    def spent(self) -> tuple[list[float], list[float]]:
+        """Training episodes until the network that was kept: all-in-one, and the three individuals together."""
+        peaks = [{seed: row["peak_episode"] for seed, row in self.of(name).items()} for name in INDIVIDUAL.values()]
+        together = {seed: sum(p[seed] for p in peaks) for seed in peaks[0] if all(seed in p for p in peaks)}
+        return _pairs({seed: row["peak_episode"] for seed, row in self.of(ALL_IN_ONE).items()}, together)
+
+
+def _pairs(one: dict[int, float], other: dict[int, float]) -> tuple[list[float], list[float]]:
+    both = sorted(one.keys() & other.keys())
+    return [one[seed] for seed in both], [other[seed] for seed in both]

@@ -1,0 +1,130 @@
+"""Runs that are recorded because something in them is drawn or looked at, and those drawings."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from colonysim import __version__
+from colonysim.errors import TraceError
+from colonysim.recording import run
+from colonysim.trace.reader import Run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from colonysim.reproduce.plans import Size
+
+__all__ = ["DRAWINGS", "RUNS", "Drawing", "Recording", "drawn", "recorded"]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What is run: as in the paper, the node world acts at once on sanity and easy, else in its own time."""
+
+    scenario: str
+    variant: str | None = None
+    policy: str = "paper"
+    mode: str = "synchronous"
+    backend: str = "nodeworld"
+
+    def under(self, policy: str) -> Recording:
+        """The same with another policy."""
+        return replace(self, policy=policy)
+
+
+RUNS = {
+    "sanity": Recording("sanity"),
+    "sanity-r3": Recording("sanity", "r3"),
+    "easy": Recording("easy"),
+    "medium": Recording("medium", mode="asynchronous"),
+    "hard": Recording("hard", "r20-4", mode="asynchronous"),
+    "hard-r5-4": Recording("hard", "r5-4", mode="asynchronous"),
+    "hard-r5-6": Recording("hard", "r5-6", mode="asynchronous"),
+    "hard-r5-6-colony": Recording("hard", "r5-6", "colony", "asynchronous"),
+    "bullet-easy": Recording("easy", None, "colony", "asynchronous", "bullet"),
+    "bullet-medium": Recording("medium", None, "colony", "asynchronous", "bullet"),
+    "bullet-hard": Recording("hard", "r20-4", "colony", "asynchronous", "bullet"),
+}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """An image of a run: `what` as for `colonysim plot`, of up to three episodes; 0 stands for the last."""
+
+    run: str
+    what: str
+    episodes: tuple[int, ...]
+    hole: int | None = None
+    box: int | None = None
+
+
+DRAWINGS = {
+    "sanity-D": Drawing("sanity", "D", (1, 2, 4)),
+    "sanity-E": Drawing("sanity", "E", (1, 3, 0)),
+    "sanity-B": Drawing("sanity", "B", (1, 4, 0), box=1),
+    "sanity-trajectories": Drawing("sanity", "trajectories", (0,)),
+    "sanity-H": Drawing("sanity-r3", "H", (1, 2, 4), hole=7),
+    "easy-D": Drawing("easy", "D", (1, 2, 3)),
+    "easy-E": Drawing("easy", "E", (1, 3, 0)),
+    "easy-trajectories": Drawing("easy", "trajectories", (1, 4, 0)),
+    "medium-D": Drawing("medium", "D", (1, 0)),
+    "medium-B": Drawing("medium", "B", (1, 4, 0), box=2),
+    "medium-trajectories": Drawing("medium", "trajectories", (1, 0)),
+    "hard-D": Drawing("hard", "D", (1, 0)),
+    "hard-trajectories": Drawing("hard", "trajectories", (0,)),
+    "hard-r5-4-H": Drawing("hard-r5-4", "H", (1, 0), hole=29),
+    "hard-r5-6-H": Drawing("hard-r5-6", "H", (1, 0), hole=29),
+    "hard-r5-6-trajectories": Drawing("hard-r5-6-colony", "trajectories", (0,)),
+    "bullet-easy": Drawing("bullet-easy", "trajectories", (1, 3, 4)),
+    "bullet-medium": Drawing("bullet-medium", "trajectories", (1, 3, 4)),
+    "bullet-hard": Drawing("bullet-hard", "trajectories", (1, 0)),
+}
+
+
+def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None) -> Run:
+    """A recorded run, from its directory if it is there and finished.
+
+    Args:
+        what: What is run.
+        size: Its episodes; its first seed is the default.
+        folder: Holds a directory for each run.
+        seed: Another seed.
+    """
+    seed = size.first_seed if seed is None else seed
+    episodes = size.driven if what.backend == "bullet" else size.episodes
+    words = (what.scenario, what.variant, what.policy, what.mode, what.backend, f"s{seed}", str(episodes))
+    directory = folder / "-".join(word for word in words if word)
+    if directory.exists():
+        try:
+            there = Run.open(directory)
+            if there.status == "finished" and there.manifest["versions"]["colonysim"] == __version__:
+                return there
+        except TraceError:
+            pass  # killed before its first line
+        shutil.rmtree(directory)
+    return run(
+        what.scenario, variant=what.variant, policy=what.policy, mode=what.mode, backend=what.backend,
+        episodes=episodes, seed=seed, out=directory, decisions=False,
+    )  # fmt: skip
+
+
+def drawn(name: str, size: Size, runs: Path, images: Path) -> Path:
+    """Draws one of `DRAWINGS`, unless its image is there already."""
+    from colonysim.plots import draw
+
+    what = DRAWINGS[name]
+    image = images / f"{name}.png"
+    source = recorded(RUNS[what.run], size, runs)
+    if not image.exists():
+        last = source.episodes[-1].episode
+        chosen = tuple(dict.fromkeys(min(number, last) or last for number in what.episodes))
+        [made] = draw(
+            source, what=[what.what], episodes=chosen, hole=what.hole, box=what.box, out=images / name, dpi=80
+        )
+        made.replace(image)
+        made.parent.rmdir()
+    return image
+
+

@@ -1,0 +1,172 @@
+"""The difference that a policy, a backend, a version or any other setting makes, seed by seed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
+
+from colonysim.errors import ColonysimError
+from colonysim.intervals import of_mean
+from colonysim.suggest import nearest
+from colonysim.sweep.tables import read_table
+from colonysim.trace.manifest import MANIFEST
+from colonysim.trace.reader import Run
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["MEASURES", "Difference", "compare"]
+
+MEASURES = ("success", "steps", "sim_seconds")
+Key = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """What it makes that one column has another value, everything else being equal.
+
+    Attributes:
+        where: The columns that vary besides, with their values.
+        by: The column.
+        reference: Its value that is compared with.
+        other: Its other value.
+        measure: One of `MEASURES`.
+        means: Of the reference and of the other, over the seeds that both have.
+        difference: The other's less the reference's.
+        interval: Its 95 % interval over seeds (bootstrap from 8 on, Student's for fewer); None with one seed.
+        seeds: How many both have.
+    """
+
+    where: Mapping[str, Any]
+    by: str
+    reference: Any
+    other: Any
+    measure: str
+    means: tuple[float, float]
+    difference: float
+    interval: tuple[float, float] | None
+    seeds: int
+
+
+def compare(
+    paths: Sequence[str | Path], *, by: str | None = None, episodes: tuple[int, int] | None = None
+) -> list[Difference]:
+    """Compares runs and trials that differ in one column, paired by seed.
+
+    Args:
+        paths: Directories of runs and sweeps.
+        by: The column whose values are compared, the first that comes being the reference: one of the settings,
+            `version` (runs only), or `source`, the directory. By default the only one that varies, or `source`.
+        episodes: First and last episode that count; None for all.
+
+    Raises:
+        ColonysimError: A path holds neither, there is no such column, or nothing can be compared.
+    """
+    rows = [row for path in paths for row in _rows(Path(path), episodes)]
+    if not rows:
+        raise ColonysimError("nothing to compare: no run or trial has finished these episodes")
+    names = list(dict.fromkeys(name for row in rows for name in row["about"]))
+    by = _column(rows, names, by)
+    groups: dict[Any, list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(row["about"].get(by), []).append(row)
+    if len(groups) < 2:
+        raise ColonysimError(f"{by} is {next(iter(groups))!r} everywhere: there is nothing to compare it with")
+    # What is the same throughout a group belongs to what is compared; what varies within it has to be the same.
+    free = [
+        name
+        for name in names
+        if name not in (by, "source", "version")
+        and any(len({str(row["about"].get(name)) for row in group}) > 1 for group in groups.values())
+    ]
+    reference, *others = groups
+    found = []
+    first = _by_place(groups[reference], free)
+    for other in others:
+        second = _by_place(groups[other], free)
+        for place in dict.fromkeys(place for place in first if place in second):
+            where = dict(zip(free, place, strict=True))
+            found += _differences(where, by, reference, other, first[place], second[place])
+    if not found:
+        raise ColonysimError(f"no seed and settings that two values of {by!r} have in common")
+    return found
+
+
+def _differences(
+    where: dict[str, Any], by: str, reference: Any, other: Any, one: dict[int, Any], two: dict[int, Any]
+) -> list[Difference]:
+    seeds = sorted(one.keys() & two.keys())
+    found = []
+    for measure in MEASURES if seeds else ():
+        pairs = [(one[seed][measure], two[seed][measure]) for seed in seeds]
+        values = [second - first for first, second in pairs]
+        means = fmean(first for first, _ in pairs), fmean(second for _, second in pairs)
+        found.append(
+            Difference(where, by, reference, other, measure, means, fmean(values), of_mean(values), len(seeds))
+        )
+    return found
+
+
+def _by_place(rows: Sequence[dict[str, Any]], free: Sequence[str]) -> dict[Key, dict[int, Any]]:
+    places: dict[Key, dict[int, Any]] = {}
+    for row in rows:
+        seeds = places.setdefault(tuple(row["about"].get(name) for name in free), {})
+        if row["seed"] in seeds:
+            raise ColonysimError(
+                f"{row['about']['source']}: seed {row['seed']} is there twice with the same settings; --by source or "
+                "fewer directories tell them apart"
+            )
+        seeds[row["seed"]] = row
+    return places
+
+
+def _column(rows: Sequence[dict[str, Any]], names: Sequence[str], by: str | None) -> str:
+    if by is not None:
+        if by not in names:
+            raise ColonysimError(f"no column {by!r} to compare by; {nearest(by, names)}")
+        return by
+    varying = [n for n in names if n != "source" and len({str(row["about"].get(n)) for row in rows}) > 1]
+    if len(varying) == 1:
+        return varying[0]
+    if len({row["about"]["source"] for row in rows}) > 1:
+        return "source"
+    raise ColonysimError(f"expected --by, one of {', '.join(varying)}" if varying else "only the seed varies")
+
+
+def _rows(path: Path, episodes: tuple[int, int] | None) -> list[dict[str, Any]]:
+    """For each run its columns ("about"), its seed and the means of the measures."""
+    first, last = episodes or (1, 10**9)
+    if (path / MANIFEST).exists():
+        run = Run.open(path)
+        played: dict[str, list[Any]] = {"": [e._asdict() for e in run.episodes]}
+        described = [("", _about(run.manifest), int(run.manifest["seed"]))]
+    else:
+        trials = read_table(path, "trials")
+        names = [name for name in trials.column_names[1 : trials.column_names.index("status")] if name != "seed"]
+        done = [row for row in trials.to_pylist() if row["status"] == "succeeded"]
+        described = [(row["trial"], {name: row[name] for name in names}, int(row["seed"])) for row in done]
+        played = {}
+        for episode in read_table(path, "episodes").to_pylist():
+            played.setdefault(episode["trial"], []).append(episode)
+    rows = []
+    for trial, about, seed in described:
+        counted = [episode for episode in played.get(trial, ()) if first <= episode["episode"] <= last]
+        if counted:
+            means = {measure: fmean(float(episode[measure]) for episode in counted) for measure in MEASURES}
+            rows.append({"about": {"source": str(path), **about}, "seed": seed, **means})
+    return rows
+
+
+def _about(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """The columns of a run, named as those of a trial."""
+    options = manifest["options"]
+    about = {"scenario": manifest["name"], **{n: manifest[n] for n in ("variant", "backend", "policy", "mode")}}
+    about |= {f"backend.{name}": value for name, value in sorted(dict(options.get("backend") or {}).items())}
+    overrides = options.get("overrides") or {}
+    if not isinstance(overrides, dict):
+        overrides = dict(str(word).split("=", 1) for word in overrides)
+    return {**about, **{n: v if isinstance(v, str) else json.dumps(v) for n, v in overrides.items()},
+            "version": manifest["versions"].get("colonysim")}  # fmt: skip

@@ -1,0 +1,108 @@
+"""Differences between policies, versions and settings, paired by seed."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+import colonysim
+from colonysim.cli import app
+from colonysim.errors import ColonysimError
+from colonysim.intervals import of_mean
+from colonysim.sweep import run_sweep
+from colonysim.sweep.comparing import compare
+from colonysim.sweep.tables import read_table
+from colonysim.trace.manifest import read_manifest, write_manifest
+
+FILE = "scenarios: [sanity, {scenario: easy}]\npolicies: [paper, colony]\nseeds: {count: 8, first: 10}\nepisodes: 2\n"
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compared")
+    (folder / "both.yaml").write_text(FILE)
+    run_sweep(folder / "both.yaml", folder / "both", workers=2)
+    return folder / "both"
+
+
+def by_hand(directory, scenario: str, measure: str, first: int = 1) -> list[float]:
+    found: dict[tuple[str, int], list[float]] = {}
+    for row in read_table(directory, "episodes").to_pylist():
+        if row["scenario"] == scenario and row["episode"] >= first:
+            found.setdefault((row["policy"], row["seed"]), []).append(float(row[measure]))
+    mean = {key: sum(values) / len(values) for key, values in found.items()}
+    return [mean["colony", seed] - mean["paper", seed] for seed in range(10, 18)]
+
+
+def test_two_policies_of_a_sweep_are_compared_map_by_map_and_seed_by_seed(sweep):
+    found = compare([sweep], by="policy")
+    assert {(each.where["scenario"], each.measure) for each in found} == {
+        (name, measure) for name in ("sanity", "easy") for measure in ("success", "steps", "sim_seconds")
+    }
+    for each in found:
+        values = by_hand(sweep, each.where["scenario"], each.measure)
+        assert (each.reference, each.other, each.seeds) == ("paper", "colony", 8)
+        assert each.difference == pytest.approx(sum(values) / 8) and each.interval == pytest.approx(of_mean(values))
+        assert each.means[1] - each.means[0] == pytest.approx(each.difference)
+    second = compare([sweep], by="policy", episodes=(2, 2))
+    [late] = [each for each in second if (each.where["scenario"], each.measure) == ("easy", "steps")]
+    assert late.difference == pytest.approx(sum(by_hand(sweep, "easy", "steps", 2)) / 8)
+
+
+def test_pairing_takes_out_what_seeds_have_in_common(sweep, tmp_path):
+    # The same trials in another directory differ in nothing, however much seeds do.
+    (tmp_path / "again.yaml").write_text(FILE)
+    run_sweep(tmp_path / "again.yaml", tmp_path / "again", workers=2)
+    for each in compare([sweep, tmp_path / "again"], by="source"):
+        assert each.difference == 0.0 and each.interval == (0.0, 0.0) and set(each.where) == {"scenario", "policy"}
+
+
+def test_only_seeds_that_both_have_are_paired(sweep, tmp_path):
+    (tmp_path / "few.yaml").write_text("scenarios: [easy]\npolicies: [oracle]\nseeds: [16, 17, 18]\nepisodes: 2\n")
+    run_sweep(tmp_path / "few.yaml", tmp_path / "few", workers=1)
+    found = [each for each in compare([sweep, tmp_path / "few"], by="policy") if each.other == "oracle"]
+    assert {each.seeds for each in found} == {2} and {each.where["scenario"] for each in found} == {"easy"}
+
+
+def _other(folder):
+    colonysim.run("sanity", policy="paper", seed=3, episodes=2, out=folder / "other", decisions=False)
+    return folder / "other"
+
+
+def test_runs_and_versions(tmp_path):
+    for version, seeds in (("1", (3, 4)), ("2", (3, 4))):
+        for seed in seeds:
+            out = tmp_path / f"{version}-{seed}"
+            colonysim.run("sanity", policy="colony", seed=seed, episodes=2, out=out, decisions=False)
+            manifest = read_manifest(out)
+            write_manifest(out, {**manifest, "versions": {**manifest["versions"], "colonysim": version}})
+    found = compare(sorted(path for path in tmp_path.iterdir()))
+    assert {(e.by, e.reference, e.other, e.seeds, e.difference) for e in found} == {("version", "1", "2", 2, 0.0)}
+    [one, *_] = compare([tmp_path / "1-3", tmp_path / "2-3"])
+    assert one.interval is None and one.seeds == 1
+    with pytest.raises(ColonysimError, match="there twice"):
+        compare([tmp_path / "1-3", tmp_path / "2-3", _other(tmp_path)], by="policy")
+
+
+def test_what_cannot_be_compared_is_one_message(sweep, tmp_path):
+    with pytest.raises(ColonysimError, match="no column 'polcy' to compare by; did you mean 'policy'"):
+        compare([sweep], by="polcy")
+    with pytest.raises(ColonysimError, match="expected --by, one of scenario, policy"):
+        compare([sweep])
+    with pytest.raises(ColonysimError, match="backend is 'nodeworld' everywhere"):
+        compare([sweep], by="backend")
+    with pytest.raises(ColonysimError, match="no run or trial has finished"):
+        compare([sweep], by="policy", episodes=(7, 9))
+    with pytest.raises(ColonysimError):
+        compare([tmp_path])
+
+
+def test_on_the_command_line(sweep):
+    answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--json"])
+    rows = json.loads(answer.stdout)
+    assert len(rows) == 6 and {row["seeds"] for row in rows} == {8}
+    answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--episodes", "2"])
+    assert answer.exit_code == 0 and "colony" in answer.stdout and "sim_seconds" in answer.stdout
+    assert CliRunner().invoke(app, ["compare", str(sweep)]).exit_code == 2
