@@ -1,0 +1,50 @@
+"""Single pushes of `staged` into pits deeper than the box: whether the box lies flat in the end.
+
+The starts are those of single pushes into holes; only the pits are deeper. Wilson's interval, 95 %.
+
+    python benchmarks/deep_pits.py --pushes 150 --seed 20 --boxes 2
+"""
+
+import argparse
+import dataclasses
+from collections import Counter
+
+from colonysim.intervals import wilson
+from colonysim.physics import Terrain
+from colonysim.push.evaluation import judged_start
+from colonysim.push.executors import make_executor
+from colonysim.push.paths import everything_else
+from colonysim.push.seeds import Purpose
+from colonysim.push.starts import Start
+from colonysim.push.task import run_alone
+
+
+def deepened(start: Start, boxes: int) -> Start:
+    """The same push into a pit so many boxes deep."""
+    terrain = start.terrain
+    pits = [dataclasses.replace(pit, depth=boxes * start.box.height) for pit in terrain.pits]
+    return dataclasses.replace(start, terrain=Terrain(terrain.grounds, tuple(pits), terrain.ramps))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pushes", type=int, default=150)
+    parser.add_argument("--seed", type=int, default=20)
+    parser.add_argument("--boxes", type=int, default=2, help="boxes that fill a pit")
+    parser.add_argument("--tries", type=int, default=8)
+    parser.add_argument("--model", default=None, help="a shipped network's name or the path of a card")
+    given = parser.parse_args()
+    executor = make_executor("staged", model=given.model, tries=given.tries)
+    reasons: Counter[str] = Counter()
+    for i in range(given.pushes):
+        start, drawn = judged_start("hole", i, seed=given.seed, purpose=Purpose.TUNE)
+        start = deepened(start, given.boxes)
+        with start.scene() as scene:
+            manoeuvre = executor(scene, 0, start.task, everything_else(scene, 0), seed=drawn)
+            reasons[run_alone(scene, 0, manoeuvre).reason] += 1
+    low, high = wilson(reasons["done"], given.pushes)
+    print(f"{reasons['done']} of {given.pushes} [{low:.3f}, {high:.3f}]; {dict(reasons)}")
+
+
+if __name__ == "__main__":
+    main()
