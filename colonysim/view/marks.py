@@ -36,9 +36,9 @@ def add_marks(
     frames of the episode before; of a policy that is not installed here, the key frames are taken as they are.
     """
     names, field = deposits.words("field")
-    before = [_at_start(run, episode) for episode in episodes]
+    by_box = _by_box(run)
+    before = [_at_start(run, episode, by_box) for episode in episodes]
     names += sorted({mark[0] for marks in before for mark in marks} - set(names))
-    by_box = {"B"}
     at = deposits.column("node")
     boxed = np.isin(field, [names.index(name) for name in by_box if name in names])
     rows = np.column_stack([field, np.where(boxed, at, index(at)), index(deposits.column("key"))])
@@ -58,25 +58,34 @@ def add_marks(
     block.reals("deposits.value", deposits.column("value"))
 
 
-def _at_start(run: Run, episode: int) -> list[_Mark]:
+def _by_box(run: Run) -> frozenset[str]:
+    """The fields whose values belong to boxes instead of nodes; the paper's if the policy is not installed here."""
+    try:
+        fields = make_policy(run.manifest["policy"], run.scenario).fields(World(run.scenario))
+    except (ColonysimError, ValueError):
+        return frozenset({"B"})
+    return frozenset(name for name, field in fields.items() if field.by_box)
+
+
+def _at_start(run: Run, episode: int, by_box: frozenset[str]) -> list[_Mark]:
     """Every value as the episode began."""
     if episode == run.episodes[0].episode:
         return []
     frames = run.frames(episode - 1)
     try:
-        return _carried_over(run, frames)
+        return _carried_over(run, frames, by_box)
     except (ColonysimError, ValueError):
-        return [_mark_of(run, frame) for frame in frames]
+        return [_mark_of(run, frame, by_box) for frame in frames]
 
 
-def _carried_over(run: Run, frames: Iterable[Frame]) -> list[_Mark]:
+def _carried_over(run: Run, frames: Iterable[Frame], by_box: frozenset[str]) -> list[_Mark]:
     """What the fields make of the end of the episode whose key frames these are."""
     world = World(run.scenario)
     fields = make_policy(run.manifest["policy"], run.scenario).fields(world)
     holes = {hole.node: key for key, hole in enumerate(run.scenario.holes)}
     writes: dict[str, list[Write]] = {}
     for frame in frames:
-        name, place, key, value = _mark_of(run, frame)
+        name, place, key, value = _mark_of(run, frame, by_box)
         writes.setdefault(name, []).append(Write(place, holes.get(key, -1), value))
     marks: list[_Mark] = []
     for name, field in fields.items():
@@ -89,7 +98,7 @@ def _carried_over(run: Run, frames: Iterable[Frame]) -> list[_Mark]:
     return marks
 
 
-def _mark_of(run: Run, frame: Frame) -> _Mark:
+def _mark_of(run: Run, frame: Frame, by_box: frozenset[str]) -> _Mark:
     index = run.scenario.topology.index
-    place = frame.node if frame.field == "B" else index[frame.node]
+    place = frame.node if frame.field in by_box else index[frame.node]
     return frame.field, place, index[frame.key] if frame.key >= 0 else -1, frame.value

@@ -50,15 +50,18 @@ class Page {
 
   fillControls() {
     const { run } = this;
-    fill(byId("episode"), run.episodes.map(([number, , success], i) => [i, `Episode ${number}${success < 1 ? ` (${Math.round(100 * success)} %)` : ""}`]));
+    const reached = (success) => (success < 1 ? ` (${Math.round(100 * success)} %)` : "");
+    fill(byId("episode"), run.episodes.map(([number, , success], i) => [i, `Episode ${number}${reached(success)}`]));
     fill(byId("speed"), SPEEDS.map((speed) => [speed, `${speed}×`]));
     const longest = Math.max(...run.episodes.map((episode) => episode[4]));
     byId("speed").value = SPEEDS.find((speed) => longest / speed <= 1.6 * EPISODE_SECONDS) ?? SPEEDS.at(-1);
     byId("agent").max = run.agents.node.length - 1;
     const order = ["D", "H", "B", "E"];
     const fields = [...run.fields].sort((a, b) => (order.indexOf(a) + 9) % 9 - (order.indexOf(b) + 9) % 9);
-    byId("layers").replaceChildren(...[null, ...fields].map((field) =>
-      make("button", { "data-field": field ?? "", title: field ? titleOf(field) : "No pheromone", "aria-pressed": "false" }, field ?? "none")));
+    byId("layers").replaceChildren(...[null, ...fields].map((field) => {
+      const title = field ? titleOf(field) : "No pheromone";
+      return make("button", { "data-field": field ?? "", title, "aria-pressed": "false" }, field ?? "none");
+    }));
     byId("views").hidden = !run.bodies;
     drawScale(byId("legend-bar"));
     fillHelp();
@@ -76,10 +79,14 @@ class Page {
     byId("on").addEventListener("click", () => this.stepTo(nextEvent(this.run, this.replay, 1)));
     byId("time").addEventListener("input", ({ target }) => this.seek(Number(target.value)));
     byId("episode").addEventListener("change", ({ target }) => this.openEpisode(Number(target.value)));
-    byId("agent").addEventListener("change", ({ target }) => this.choose(target.value !== "" && target.checkValidity() ? Number(target.value) : -1));
+    byId("agent").addEventListener("change", ({ target }) => {
+      this.choose(target.value !== "" && target.checkValidity() ? Number(target.value) : -1);
+    });
     byId("key-choice").addEventListener("change", ({ target }) => this.chooseKey(Number(target.value)));
     byId("own").addEventListener("change", () => this.choose(this.agent));
-    byId("layers").addEventListener("click", ({ target }) => target.dataset.field !== undefined && this.showField(target.dataset.field || null));
+    byId("layers").addEventListener("click", ({ target: { dataset } }) => {
+      if (dataset.field !== undefined) this.showField(dataset.field || null);
+    });
     byId("views").addEventListener("click", ({ target }) => target.dataset.view && this.show(target.dataset.view));
     byId("zoom").addEventListener("click", ({ target }) => this.zoomBy(target.dataset.zoom));
     byId("theme").addEventListener("click", () => this.switchTheme());
@@ -100,7 +107,8 @@ class Page {
     byId("time").max = this.replay.duration;
     this.ended = 0;
     const [number, steps, success, ended, simulated] = run.episodes[index];
-    byId("result").textContent = `Episode ${number}: ${steps} steps, success ${success.toFixed(2)}, ended with ${ended} after ${simulated.toFixed(1)} s`;
+    const how = `success ${success.toFixed(2)}, ended with ${ended} after ${simulated.toFixed(1)} s`;
+    byId("result").textContent = `Episode ${number}: ${steps} steps, ${how}`;
     byId("results").setAttribute("aria-label", `Steps (bars) and success (dots) by episode. ${byId("result").textContent}`);
     drawResults(byId("results"), run, index, this.colours);
     drawTicks(byId("ticks"), run, this.replay, this.colours);
@@ -163,7 +171,8 @@ class Page {
   /** What the picture depends on: while it stays the same nothing is drawn. */
   state() {
     const { replay, view } = this;
-    return [replay.episode, replay.time, replay.cursor, this.agent, this.layer?.field, this.layer?.key, this.theme, view.version, view === this.map].join();
+    const layer = [this.layer?.field, this.layer?.key];
+    return [replay.episode, replay.time, replay.cursor, this.agent, ...layer, this.theme, view.version, view === this.map].join();
   }
 
   draw(now) {
@@ -217,7 +226,8 @@ class Page {
     byId("key").hidden = !by;
     if (by) {
       byId("key-name").textContent = by === "hole" ? "of hole" : "of box";
-      fill(byId("key-choice"), by === "hole" ? run.holes.map(([node]) => [node, run.nodes.id[node]]) : Array.from(run.boxes.node, (_, i) => [i, i]));
+      const holes = run.holes.map(([node]) => [node, run.nodes.id[node]]);
+      fill(byId("key-choice"), by === "hole" ? holes : Array.from(run.boxes.node, (_, box) => [box, box]));
       byId("key-choice").value = this.keys[by];
     }
     this.layer = field ? layerOf(run, field, by ? this.keys[by] : -1) : null;

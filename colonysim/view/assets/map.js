@@ -38,7 +38,8 @@ export class MapView {
     this.unit = this.length * this.camera.scale;
     this.dot = Math.min(Math.max(0.2 * this.unit, 1.5), 17);
     const marks = this.layer ? this.replay.markVersion : 0;
-    const place = [this.camera.version, this.replay.surfaceVersion, this.theme, this.layer?.field, this.layer?.key, this.replay.episode].join();
+    const { surfaceVersion, episode } = this.replay;
+    const place = [this.camera.version, surfaceVersion, this.theme, this.layer?.field, this.layer?.key, episode].join();
     const behind = marks !== this.drawnMarks;
     const stale = place !== this.drawnPlace || (behind && (this.land.length < LARGE || now - this.drawnAt > PAUSE));
     this.late = behind && !stale; // to be drawn even if nothing else changes

@@ -259,6 +259,7 @@ export class Replay {
     for (let i = this.choicesFirst[row]; i < this.choicesFirst[row + 1]; i++) {
       choices.push({ target: decisions.targets[i], box: decisions.boxes[i], chance: decisions.chances[i] / chance });
     }
-    return { time: decisions.time[row], node: decisions.node[row], chosen: decisions.chosen[row], explored: decisions.explored[row] === 1, choices };
+    const [time, node, chosen] = [decisions.time[row], decisions.node[row], decisions.chosen[row]];
+    return { time, node, chosen, explored: decisions.explored[row] === 1, choices };
   }
 }

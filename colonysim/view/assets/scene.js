@@ -2,7 +2,7 @@
 
 import { lookAt, multiply, perspective, quaternion, turn, unitVector } from "./matrices.js";
 import { mix, scaleColour } from "./palette.js";
-import { sharpen, word, segment } from "./shapes.js";
+import { segment, word } from "./shapes.js";
 import { shareOf } from "./marks.js";
 import { Solids } from "./solids.js";
 import { percent } from "./things.js";
@@ -110,7 +110,10 @@ export class SceneView {
     cuboids.push([put([ahead - 0.03, 0, 0.17]), [0.04, 0.66 * track, 0.1], rotation, dark, [0]]);
     for (const side of [-1, 1]) {
       cuboids.push([put([ahead - 0.06, side * 0.35 * track, 0.302]), [0.03, 0.05, 0.01], rotation, [1, 0.97, 0.8], [0]]);
-      for (const axle of [-1, 1]) cylinders.push([put([axle * 0.22, side * (wide - 0.05), wheel]), [wheel, 0.05, wheel], rotation, [0.13, 0.14, 0.16], [0]]);
+      for (const axle of [-1, 1]) {
+        const hub = put([axle * 0.22, side * (wide - 0.05), wheel]);
+        cylinders.push([hub, [wheel, 0.05, wheel], rotation, [0.13, 0.14, 0.16], [0]]);
+      }
     }
     this.at.push({ agent, place: put([0, 0, 0.45]) });
   }
@@ -134,9 +137,9 @@ export class SceneView {
     const discs = [];
     run.bodies.places.forEach(([x, y, z], node) => {
       if (holes.has(node) && !shown.has(node)) return;
-      const radius = shown.has(node) ? 0.42 : 0.13;
-      const colour = node === run.goal && !shown.has(node) ? colours.goal : shown.get(node) ?? colours["node-line"];
-      discs.push([[x, y, z + 0.006], [node === run.goal ? 0.5 : radius, 0.006, node === run.goal ? 0.5 : radius], FLAT, part(colour), [0]]);
+      const bare = node === run.goal ? colours.goal : colours["node-line"];
+      const radius = node === run.goal ? 0.5 : shown.has(node) ? 0.42 : 0.13;
+      discs.push([[x, y, z + 0.006], [radius, 0.006, radius], FLAT, part(shown.get(node) ?? bare), [0]]);
     });
     return discs;
   }
@@ -211,7 +214,9 @@ function groundOf(run, colours) {
   for (let i = 0; i < slabs.length; i += 8) {
     const [x, y, z, a, b, c, yaw, slope] = slabs.subarray(i, i + 8);
     const top = z + c * Math.cos(slope);
-    const inPit = run.bodies.pits.some((pit) => Math.hypot(pit[0] - x, pit[1] - y) < 0.01 && pit[4] - top > 0.02 && a < pit[3]);
+    const inPit = run.bodies.pits.some(([px, py, , side, rim]) => (
+      Math.hypot(px - x, py - y) < 0.01 && rim - top > 0.02 && a < side
+    ));
     const share = high > low ? Math.min(Math.max((top - low) / (high - low), 0), 1) : 0.75;
     const colour = inPit ? mix(colours.hole, colours["land-low"], 0.3) : mix(colours["land-low"], colours["land-high"], share);
     // A little larger than it is: no cracks between neighbours.

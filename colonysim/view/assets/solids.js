@@ -51,11 +51,14 @@ flat in vec4 colour;
 out vec4 shown;
 void main() {
   vec3 n = normalize(upward);
+  // Where two slabs of the ground meet, the rim of the sides that they share may shine through: it looks like their top.
+  bool rim = colour.a == 0.0 && size.z > 0.15 && size.z - within.z < 0.06;
+  if (rim) n = vec3(0.0, 0.0, 1.0);
   vec3 at = sunPlace.xyz * 0.5 + 0.5;
   float lit = 0.0;
   for (int i = -1; i <= 1; i++) for (int j = -1; j <= 1; j++)
     lit += texture(shadow, vec3(at.xy + vec2(i, j) / ${SHADOW_SIZE}.0, at.z - 0.0012)) / 9.0;
-  if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) lit = 1.0;
+  if ((rim && upward.z < 0.5) || any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) lit = 1.0;
   float light = 0.46 + 0.1 * n.z + 0.46 * lit * max(dot(n, sun), 0.0);
   if (colour.a > 0.0) {
     vec3 off = size - abs(within);
@@ -64,8 +67,6 @@ void main() {
     light *= mix(0.62, 1.0, smoothstep(0.5 * colour.a, colour.a, edge));
   }
   shown = vec4(colour.rgb * light, 1.0);
-  // Where two slabs meet, their tops lie before the sides that they share.
-  gl_FragDepth = gl_FragCoord.z + (n.z < 0.5 ? 1e-4 : 0.0);
 }`;
 
 export class Solids {

@@ -3,8 +3,6 @@
 import { AT_GOAL, LOST, SPENT } from "./replay.js";
 import { disc, segment, square, Stamp, word } from "./shapes.js";
 
-
-
 export function drawThings(pen, view) {
   const chosen = view.agent;
   const active = chosen >= 0 && view.replay.state[chosen] !== AT_GOAL;
