@@ -71,6 +71,8 @@ def run_on_ray(trials: Iterable[Trial], limits: Limits, workers: int | None) -> 
             for slot in [slot for slot in pool if slot.idle]:
                 slot.kill()
                 pool.remove(slot)
+            if not pool:
+                continue
             done, _ = ray.wait([slot.reference for slot in pool], timeout=min(slot.left() for slot in pool))
             for slot in list(pool):
                 outcome = slot.outcome(slot.reference in done)
