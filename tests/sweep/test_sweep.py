@@ -126,7 +126,7 @@ def test_trials_that_raise_hang_eat_or_die_are_rows_and_the_others_succeed(tmp_p
     bad = ["Raises", "Hangs", "Eats", "Dies"]
     names = ", ".join(f"faulty_trials:{name}" for name in bad)
     text = f"scenarios: [sanity]\npolicies: [{names}, stigmergy]\nseeds: {{count: 1}}\nepisodes: 2\n"
-    file = written(tmp_path, text + "limits: {seconds: 4, memory_mb: 1500}\n")
+    file = written(tmp_path, text + "limits: {seconds: 12, memory_mb: 1500}\n")
     process = started(file, tmp_path / "out")
     out, err = process.communicate(timeout=120)
     assert process.returncode == 1 and out.startswith("1 trials succeeded, 4 failed"), err
@@ -134,7 +134,7 @@ def test_trials_that_raise_hang_eat_or_die_are_rows_and_the_others_succeed(tmp_p
     assert found[""]["status"] == "succeeded"
     assert {found[name]["status"] for name in bad} == {"failed"}
     assert "RuntimeError: out of ideas" in str(found["Raises"]["error"]) and "decide" in str(found["Raises"]["error"])
-    assert found["Hangs"]["error"] == "took longer than 4 s"
+    assert found["Hangs"]["error"] == "took longer than 12 s"
     assert found["Eats"]["error"] == "took more than 1500 MB"
     assert found["Dies"]["error"] == "its process died 3 times (signal 9)"
     again = started(file, tmp_path / "out")
