@@ -24,6 +24,7 @@ from colonysim.cli import (
     sweep,
     train,
     validate,
+    video,
     view,
 )
 from colonysim.errors import ColonysimError
@@ -71,8 +72,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, scenarios, new, validate, backends, schema, view, plot, report, export, sweep, results, compare, reproduce,
-    bench,
+    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, sweep, results, compare,
+    reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)

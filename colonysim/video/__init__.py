@@ -1,0 +1,92 @@
+"""An episode of a stored run as a video, seen from above: drawn and written without a screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from colonysim.errors import ColonysimError, TraceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import EpisodeResult
+
+__all__ = ["SIZES", "write_video"]
+
+SIZES = {".mp4": (960, 720), ".gif": (480, 360)}
+"""The endings that can be written, and the size in pixels if none is asked for."""
+_SMALLEST, _LARGEST = 160, 4096
+_MOST_FRAMES = 36_000
+
+
+def write_video(
+    run: Run,
+    out: str | Path,
+    *,
+    episode: int | None = None,
+    seconds: float = 20.0,
+    fps: int = 15,
+    size: tuple[int, int] | None = None,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Path:
+    """Writes an episode as a video and returns its path; the file appears once it is complete.
+
+    Args:
+        run: The run. Where it has poses the bodies are drawn as they were, else they move from node to node.
+        out: The file to write; its ending says what it becomes, MP4 (H.264) or GIF.
+        episode: Which; None for the last one that is complete.
+        seconds: Length of the video; the episode is played faster or slower to fit.
+        fps: Frames a second.
+        size: Width and height in pixels; None for what `SIZES` says.
+        overwrite: Whether a file that is there already may be replaced.
+        progress: Is told after each frame how many are done, and of how many.
+
+    Raises:
+        TraceError: The run kept no trace, is one of single pushes, or has no such episode.
+        ColonysimError: Nothing can be written to that path, or not in that size or length.
+    """
+    path = Path(out)
+    ending = path.suffix.lower()
+    if ending not in SIZES:
+        raise ColonysimError(f"{path}: a video ends in {' or '.join(SIZES)}")
+    if path.exists() and not overwrite:
+        raise ColonysimError(f"{path}: exists already; it is not overwritten")
+    width, height = size or SIZES[ending]
+    if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
+        raise ColonysimError(f"a video of {width}x{height} cannot be made; {_SMALLEST} to {_LARGEST} pixels each way")
+    if ending == ".mp4" and (width % 2 or height % 2):
+        raise ColonysimError(f"an MP4 of {width}x{height} cannot be made: width and height must be even")
+    if not 1 <= round(seconds * fps) <= _MOST_FRAMES:
+        raise ColonysimError(f"{seconds:g} s with {fps} frames a second: a video has 1 to {_MOST_FRAMES} frames")
+    result = _result(run, episode)
+
+    from colonysim.video.encode import encode
+    from colonysim.video.film import Film
+
+    film = Film(run, result, frames=round(seconds * fps), fps=fps, size=(width, height))
+    temporary = path.with_name(f".{path.name}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        encode(film, temporary, ending, progress or (lambda done, total: None))
+        temporary.replace(path)
+    except OSError as error:
+        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path
+
+
+def _result(run: Run, episode: int | None) -> EpisodeResult:
+    if not run.episodes:
+        raise TraceError(f"{run.path}: no episode of this run is complete, so there is nothing to show yet")
+    if episode is None:
+        return run.episodes[-1]
+    for result in run.episodes:
+        if result.episode == episode:
+            return result
+    raise TraceError(
+        f"no episode {episode} in this run; it has {run.episodes[0].episode} to {run.episodes[-1].episode}"
+    )

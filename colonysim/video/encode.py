@@ -1,0 +1,76 @@
+"""From images to a file: H.264 in MP4 by PyAV, GIF by Pillow."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from PIL.Image import Image
+
+    from colonysim.video.film import Film
+
+__all__ = ["encode"]
+
+_QUALITY = "20"
+"""x264's constant rate factor: lower is better and larger."""
+
+
+def encode(film: Film, path: Path, ending: str, progress: Callable[[int, int], None]) -> None:
+    """Writes all images of a film.
+
+    Args:
+        film: The images.
+        path: The file; it is overwritten.
+        ending: ".mp4" or ".gif".
+        progress: Is told how many images are done, and of how many.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    {".mp4": _mp4, ".gif": _gif}[ending](film, path, progress)
+
+
+def _mp4(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
+    import av
+
+    with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
+        stream = container.add_stream("libx264", rate=Fraction(film.fps), options={"crf": _QUALITY})
+        stream.width, stream.height = film.size
+        stream.pix_fmt = "yuv420p"  # the one that every player knows
+        for i in range(len(film)):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(film[i], format="rgb24")))
+            progress(i + 1, len(film))
+        container.mux(stream.encode())
+
+
+def _gif(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
+    """One palette for all images and no dithering: what does not change costs nothing."""
+    from PIL import Image
+
+    palette = _palette(film)
+
+    def images() -> Iterator[Image.Image]:
+        for i in range(len(film)):
+            yield Image.fromarray(film[i]).quantize(palette=palette, dither=Image.Dither.NONE)
+            progress(i + 1, len(film))
+
+    # Hundredths of a second, rounded so that the whole keeps its length.
+    ends = np.rint(np.arange(len(film) + 1) * 100 / film.fps)
+    shown = images()
+    next(shown).save(
+        path, format="GIF", save_all=True, append_images=shown, duration=(np.diff(ends) * 10).astype(int).tolist(),
+        loop=0, optimize=False,
+    )  # fmt: skip
+
+
+def _palette(film: Film) -> Image:
+    from PIL import Image
+
+    some = np.unique(np.linspace(0, len(film) - 1, 5).round().astype(int))
+    return Image.fromarray(np.concatenate([film[int(i)] for i in some])).quantize(128)

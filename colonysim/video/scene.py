@@ -1,0 +1,195 @@
+"""A place seen from above: what stands still is drawn once, what moves are artists that are set for each image."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patches import Circle, Polygon, Rectangle
+
+from colonysim.backends.layout import lay_out
+from colonysim.physics import BUMPER, HALF_WIDTH
+from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from colonysim.backends.layout import Layout
+    from colonysim.video.motion import Motion
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["Scene"]
+
+_LOW, _HIGH = np.array([0.78, 0.76, 0.71]), np.array([0.95, 0.94, 0.91])
+"""Colours of the lowest and the highest ground."""
+_SEATED = "#7FB2D5"
+"""A box that lies in a hole: ground to drive on."""
+_SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+# Seen from above with its nose to the right, in half lengths and half widths.
+_ROBOT = np.array(
+    [(-1.0, -0.8), (-0.8, -1.0), (0.35, -1.0), (1.0, -0.45), (1.0, 0.45), (0.35, 1.0), (-0.8, 1.0), (-1.0, 0.8)]
+)
+_STRIPS = 24
+_MOST_NUMBERS = 30
+"""With more agents than this their numbers are left out."""
+
+
+class Scene:
+    """A place and what moves in it.
+
+    Attributes:
+        moving: The artists to draw for each image, from the ground upwards.
+    """
+
+    def __init__(self, axes: Axes, scenario: Scenario, motion: Motion, bodies: bool) -> None:
+        self._scenario, self._motion = scenario, motion
+        self._holes = {hole.node: hole.depth for hole in scenario.holes}
+        self._heights = np.array([box.height for box in scenario.boxes])
+        axes.set_aspect("equal")
+        axes.axis("off")
+        if bodies:
+            layout = lay_out(scenario)
+            _ground(axes, layout)
+            places = np.array(layout.places)
+            pits = {node: layout.terrain.pits[pit] for node, pit in layout.pit_at.items()}
+            self._pits = {node: ((pit.x, pit.y), pit.side, pit.yaw) for node, pit in pits.items()}
+            self._box = np.array([box.length for box in layout.boxes])
+            self._robot = np.array([BUMPER, HALF_WIDTH])
+        else:
+            places = np.column_stack([scenario.topology.x, scenario.topology.y])
+            unit = _graph(axes, scenario, places)
+            self._pits = {node: (tuple(places[node]), 0.62 * unit, 0.0) for node in self._holes}
+            self._box = np.full(len(scenario.boxes), 0.5 * unit)
+            self._robot = np.array([0.2, 0.18]) * unit
+        for centre, side, yaw in self._pits.values():
+            axes.add_patch(Polygon(_placed(_SQUARE * side, centre, yaw), color=HOLE, linewidth=0, zorder=2))
+        goal = places[scenario.goal]
+        axes.add_patch(Circle(goal, 2.2 * self._robot[0], color=GOAL, alpha=0.35, linewidth=0, zorder=2))
+        axes.add_patch(Circle(goal, 2.2 * self._robot[0], fill=False, edgecolor=GOAL, linewidth=1.2, zorder=2))
+        axes.autoscale_view()
+        self._trails = [
+            LineCollection([], color=color, linewidths=width, alpha=0.45, animated=True)
+            for color, width in ((BOX, 1.6), (AGENT, 1.1))
+        ]
+        self._boxes = PolyCollection([], edgecolors="white", linewidths=0.6, animated=True)
+        self._agents = PolyCollection([], facecolors=AGENT, edgecolors=INK, linewidths=0.6, animated=True)
+        self._noses = LineCollection([], color=INK, linewidths=1.0, animated=True)
+        for artist in (*self._trails, self._boxes, self._agents, self._noses):
+            axes.add_collection(artist, autolim=False)
+        few = len(scenario.agents) <= _MOST_NUMBERS
+        self._fills = {
+            node: _label(axes, centre, side, across=1 if centre[0] < places[:, 0].mean() else -1)
+            for node, (centre, side, _) in self._pits.items()
+        }
+        self._numbers = [
+            axes.text(
+                0,
+                0,
+                str(i),
+                fontsize=5.5,
+                color="white",
+                weight="bold",
+                ha="center",
+                va="center_baseline",
+                animated=True,
+            )
+            for i in range(len(scenario.agents) if few else 0)
+        ]
+        self.moving: list[Artist] = [
+            *self._trails, self._boxes, *self._fills.values(), self._agents, self._noses, *self._numbers
+        ]  # fmt: skip
+
+    def show(self, frame: int, there: NDArray[np.bool_]) -> None:
+        """Sets everything that moves.
+
+        Args:
+            frame: Which image.
+            there: For each agent whether it is still there, and not left at the goal.
+        """
+        motion = self._motion
+        boxes, agents = motion.boxes[frame], motion.agents[frame]
+        for trails, ways in zip(self._trails, (motion.boxes, motion.agents), strict=True):
+            trails.set_segments(list(ways[: frame + 1, :, :2].swapaxes(0, 1)))
+        seated = np.array([int(node) in self._holes for node in motion.boxes_at[frame]], dtype=bool)
+        order = np.argsort(~seated, kind="stable")
+        self._boxes.set_verts([_placed(_SQUARE * self._box[i], boxes[i, :2], boxes[i, 2]) for i in order])
+        self._boxes.set_facecolor([_SEATED if seated[i] else BOX for i in order])
+        standing = np.flatnonzero(there)
+        shape = _ROBOT * self._robot
+        self._agents.set_verts([_placed(shape, agents[i, :2], agents[i, 2]) for i in standing])
+        nose = np.array([(0.55, 0.0), (1.0, 0.0)]) * self._robot
+        self._noses.set_segments([_placed(nose, agents[i, :2], agents[i, 2]) for i in standing])
+        for i, number in enumerate(self._numbers):
+            number.set_position(agents[i, :2])
+            number.set_visible(bool(there[i]))
+        for node, text in self._fills.items():
+            text.set_text(f"{100 * self._fill(frame, node):.0f} %")
+
+    def filled(self, frame: int) -> int:
+        """How many holes are as good as level in an image."""
+        gaps = [(1 - self._fill(frame, node)) * depth for node, depth in self._holes.items()]
+        return sum(gap < self._scenario.reach for gap in gaps)
+
+    def _fill(self, frame: int, node: int) -> float:
+        """How full a hole is, at most 1."""
+        inside = self._motion.boxes_at[frame] == node
+        return float(min(1.0, self._heights[inside].sum() / self._holes[node])) if self._holes[node] > 0 else 1.0
+
+
+def _placed(
+    points: NDArray[np.float64], centre: Sequence[float] | NDArray[np.float64], yaw: float
+) -> NDArray[np.float64]:
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.asarray(points @ np.array([(c, s), (-s, c)]) + np.asarray(centre))
+
+
+def _label(axes: Axes, centre: Sequence[float], side: float, across: int) -> Any:
+    """An empty text at an upper corner of a pit, on its right (1) or left (-1)."""
+    return axes.text(
+        centre[0] + 0.62 * across * side, centre[1] + 0.35 * side, "", fontsize=7, weight="bold", color=INK,
+        ha="left" if across > 0 else "right", va="bottom", animated=True,
+    )  # fmt: skip
+
+
+def _ground(axes: Axes, layout: Layout) -> None:
+    """Levels as rectangles and ramps as strips, the lighter the higher."""
+    terrain = layout.terrain
+    levels = [ground.z for ground in terrain.grounds]
+    low, span = min(levels), (max(levels) - min(levels)) or 1.0
+
+    def color(z: float) -> tuple[float, ...]:
+        share = (z - low) / span if len(set(levels)) > 1 else 1.0
+        return tuple(_LOW + share * (_HIGH - _LOW))
+
+    for ground in sorted(terrain.grounds, key=lambda ground: ground.z):
+        size = (ground.xmax - ground.xmin, ground.ymax - ground.ymin)
+        axes.add_patch(Rectangle((ground.xmin, ground.ymin), *size, color=color(ground.z), linewidth=0, zorder=1))
+    for ramp in terrain.ramps:
+        for strip in range(_STRIPS):
+            share = (strip + 0.5) / _STRIPS
+            centre = (ramp.x0 + share * (ramp.x1 - ramp.x0), ramp.y0 + share * (ramp.y1 - ramp.y0))
+            shape = _SQUARE * (1.05 * ramp.length / _STRIPS, 2 * ramp.half_width)
+            shade = color(ramp.z0 + share * (ramp.z1 - ramp.z0))
+            axes.add_patch(
+                Polygon(_placed(shape, centre, ramp.yaw), color=shade, linewidth=0, antialiased=False, zorder=1.5)
+            )
+
+
+def _graph(axes: Axes, scenario: Scenario, places: NDArray[np.float64]) -> float:
+    """Nodes and edges; returns the length that things are drawn to."""
+    topology = scenario.topology
+    edges = [(i, j) for i, others in enumerate(topology.neighbours) for j in others if i < j]
+    axes.add_collection(
+        LineCollection([places[list(edge)] for edge in edges], color="#CFCFCF", linewidths=1.0, zorder=1)
+    )
+    unit = 0.8 * topology.mean_length
+    for place in places:
+        axes.add_patch(Circle(place, 0.09 * unit, facecolor="white", edgecolor="#AAAAAA", linewidth=0.6, zorder=1.5))
+    axes.set(xlim=(places[:, 0].min() - 0.7 * unit, places[:, 0].max() + 0.7 * unit))
+    axes.set(ylim=(places[:, 1].min() - 0.7 * unit, places[:, 1].max() + 0.7 * unit))
+    return unit
