@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from colonysim.backends.layout import lay_out
@@ -60,9 +60,13 @@ class Scene:
             self._pits = {node: ((pit.x, pit.y), pit.side, pit.yaw) for node, pit in pits.items()}
             self._box = np.array([box.length for box in layout.boxes])
             self._robot = np.array([BUMPER, HALF_WIDTH])
+            _graph(axes, scenario, places, 0.5 * HALF_WIDTH, "#D3CFC4")
         else:
             places = np.column_stack([scenario.topology.x, scenario.topology.y])
-            unit = _graph(axes, scenario, places)
+            unit = 0.8 * scenario.topology.mean_length
+            _graph(axes, scenario, places, 0.18 * unit, "#B8B8B8")
+            for low, high, limit in zip(places.min(0) - 0.7 * unit, places.max(0) + 0.7 * unit, "xy", strict=True):
+                axes.set(**{f"{limit}lim": (low, high)})
             self._pits = {node: (tuple(places[node]), 0.62 * unit, 0.0) for node in self._holes}
             self._box = np.full(len(scenario.boxes), 0.5 * unit)
             self._robot = np.array([0.2, 0.18]) * unit
@@ -71,6 +75,9 @@ class Scene:
         goal = places[scenario.goal]
         axes.add_patch(Circle(goal, 2.2 * self._robot[0], color=GOAL, alpha=0.35, linewidth=0, zorder=2))
         axes.add_patch(Circle(goal, 2.2 * self._robot[0], fill=False, edgecolor=GOAL, linewidth=1.2, zorder=2))
+        axes.text(
+            goal[0], goal[1] - 2.5 * self._robot[0], "goal", fontsize=7, color=INK, weight="bold", ha="center", va="top"
+        )
         axes.autoscale_view()
         self._trails = [
             LineCollection([], color=color, linewidths=width, alpha=0.45, animated=True)
@@ -170,26 +177,31 @@ def _ground(axes: Axes, layout: Layout) -> None:
         size = (ground.xmax - ground.xmin, ground.ymax - ground.ymin)
         axes.add_patch(Rectangle((ground.xmin, ground.ymin), *size, color=color(ground.z), linewidth=0, zorder=1))
     for ramp in terrain.ramps:
-        for strip in range(_STRIPS):
-            share = (strip + 0.5) / _STRIPS
-            centre = (ramp.x0 + share * (ramp.x1 - ramp.x0), ramp.y0 + share * (ramp.y1 - ramp.y0))
-            shape = _SQUARE * (1.05 * ramp.length / _STRIPS, 2 * ramp.half_width)
+        along = np.array([np.cos(ramp.yaw), np.sin(ramp.yaw)])
+        # The landings at both ends lie over the gaps between a ramp and its levels.
+        ends = np.linspace(0.0, ramp.length, _STRIPS + 1)
+        ends[0], ends[-1] = -ramp.landing, ramp.length + ramp.landing
+        for share, begin, end in zip(np.linspace(0, 1, _STRIPS), ends[:-1], ends[1:], strict=True):
+            centre = np.array([ramp.x0, ramp.y0]) + along * (begin + end) / 2
+            shape = _placed(_SQUARE * (1.05 * (end - begin), 2 * ramp.half_width), centre, ramp.yaw)
             shade = color(ramp.z0 + share * (ramp.z1 - ramp.z0))
-            axes.add_patch(
-                Polygon(_placed(shape, centre, ramp.yaw), color=shade, linewidth=0, antialiased=False, zorder=1.5)
-            )
+            axes.add_patch(Polygon(shape, color=shade, linewidth=0, antialiased=False, zorder=1.2))
 
 
-def _graph(axes: Axes, scenario: Scenario, places: NDArray[np.float64]) -> float:
-    """Nodes and edges; returns the length that things are drawn to."""
+def _graph(axes: Axes, scenario: Scenario, places: NDArray[np.float64], node: float, color: str) -> None:
+    """Nodes of a given diameter and edges; slopes are dashed."""
     topology = scenario.topology
     edges = [(i, j) for i, others in enumerate(topology.neighbours) for j in others if i < j]
     axes.add_collection(
-        LineCollection([places[list(edge)] for edge in edges], color="#CFCFCF", linewidths=1.0, zorder=1)
-    )
-    unit = 0.8 * topology.mean_length
-    for place in places:
-        axes.add_patch(Circle(place, 0.09 * unit, facecolor="white", edgecolor="#AAAAAA", linewidth=0.6, zorder=1.5))
-    axes.set(xlim=(places[:, 0].min() - 0.7 * unit, places[:, 0].max() + 0.7 * unit))
-    axes.set(ylim=(places[:, 1].min() - 0.7 * unit, places[:, 1].max() + 0.7 * unit))
-    return unit
+        LineCollection(
+            [places[list(edge)] for edge in edges], colors=color, linewidths=0.8, zorder=1.4,
+            linestyles=["dashed" if topology.rises.get(edge) else "solid" for edge in edges],
+        )
+    )  # fmt: skip
+    across = np.full(len(places), node)
+    axes.add_collection(
+        EllipseCollection(
+            across, across, np.zeros(len(places)), units="xy", offsets=places, offset_transform=axes.transData,
+            facecolors="white", edgecolors=color, linewidths=0.6, zorder=1.5,
+        )
+    )  # fmt: skip
