@@ -19,6 +19,9 @@ __all__ = ["encode"]
 
 _QUALITY = "20"
 """x264's constant rate factor: lower is better and larger."""
+_FLAT, _BLENDED = 127, 128
+"""Colours of a GIF's palette: of surfaces, and of the soft edges between them. Pillow marks what did not change by the
+index that is left."""
 
 
 def encode(film: Film, path: Path, ending: str, progress: Callable[[int, int], None]) -> None:
@@ -70,7 +73,13 @@ def _gif(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
 
 
 def _palette(film: Film) -> Image:
+    """The commonest colours of some images as they are, and a choice of the others; one index stays free."""
     from PIL import Image
 
-    some = np.unique(np.linspace(0, len(film) - 1, 5).round().astype(int))
-    return Image.fromarray(np.concatenate([film[int(i)] for i in some])).quantize(128)
+    some = np.concatenate([film[int(i)] for i in np.unique(np.linspace(0, len(film) - 1, 5).round())])
+    colors, counts = np.unique(some.reshape(-1, 3), axis=0, return_counts=True)
+    flat = colors[np.argsort(-counts, kind="stable")][:_FLAT]
+    blended = Image.fromarray(some).quantize(_BLENDED).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*flat.ravel().tolist(), *blended])
+    return palette
