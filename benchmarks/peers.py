@@ -11,6 +11,7 @@ Every round measures all of them in turn, each in a fresh process, and the yards
 import argparse
 import json
 import platform
+import random
 import statistics
 import subprocess
 import sys
@@ -18,16 +19,16 @@ import time
 import venv
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 PACKAGES = ("mesa[network]==3.3.1", "agentpy==0.1.5", "pogema==1.4.0", "simpy")
 SEED = 1
 
 
-def mesa_grid(agents: int, side: int, steps: int, crowded: bool) -> float:
-    import random
-
+def mesa_walk(make: Callable[[random.Random], Any], agents: int, steps: int, crowded: bool) -> float:
+    """Walkers in any of Mesa's discrete spaces."""
     import mesa
-    from mesa.discrete_space import CellAgent, OrthogonalMooreGrid
+    from mesa.discrete_space import CellAgent
 
     class Walker(CellAgent):  # type: ignore[misc]
         def step(self) -> None:
@@ -36,41 +37,30 @@ def mesa_grid(agents: int, side: int, steps: int, crowded: bool) -> float:
     class Model(mesa.Model):  # type: ignore[misc]
         def __init__(self) -> None:
             super().__init__(seed=SEED)
-            self.grid = OrthogonalMooreGrid((side, side), torus=False, random=random.Random(SEED))
+            cells = make(random.Random(SEED)).all_cells
+            first = next(iter(cells))
             for _ in range(agents):
                 walker = Walker(self)
-                walker.cell = self.grid[(0, 0)] if crowded else self.grid.all_cells.select_random_cell()
+                walker.cell = first if crowded else cells.select_random_cell()
 
         def step(self) -> None:
             self.agents.shuffle_do("step")
 
     return timed(Model().step, steps)
+
+
+def mesa_grid(agents: int, side: int, steps: int, crowded: bool) -> float:
+    from mesa.discrete_space import OrthogonalMooreGrid
+
+    return mesa_walk(lambda draw: OrthogonalMooreGrid((side, side), torus=False, random=draw), agents, steps, crowded)
 
 
 def mesa_network(agents: int, side: int, steps: int, crowded: bool) -> float:
-    import random
-
-    import mesa
     import networkx as nx
-    from mesa.discrete_space import CellAgent, Network
+    from mesa.discrete_space import Network
 
-    class Walker(CellAgent):  # type: ignore[misc]
-        def step(self) -> None:
-            self.cell = self.cell.neighborhood.select_random_cell()
-
-    class Model(mesa.Model):  # type: ignore[misc]
-        def __init__(self) -> None:
-            super().__init__(seed=SEED)
-            graph = nx.convert_node_labels_to_integers(nx.grid_2d_graph(side, side))
-            self.network = Network(graph, random=random.Random(SEED))
-            for _ in range(agents):
-                walker = Walker(self)
-                walker.cell = self.network[0] if crowded else self.network.all_cells.select_random_cell()
-
-        def step(self) -> None:
-            self.agents.shuffle_do("step")
-
-    return timed(Model().step, steps)
+    graph = nx.convert_node_labels_to_integers(nx.grid_2d_graph(side, side))
+    return mesa_walk(lambda draw: Network(graph, random=draw), agents, steps, crowded)
 
 
 def agentpy_network(agents: int, side: int, steps: int, crowded: bool) -> float:
@@ -102,8 +92,6 @@ def agentpy_network(agents: int, side: int, steps: int, crowded: bool) -> float:
 
 
 def pogema_grid(agents: int, side: int, steps: int, crowded: bool) -> float:
-    import random
-
     from pogema import GridConfig, pogema_v0
 
     del crowded  # its agents never share a cell
@@ -137,8 +125,6 @@ PEERS: dict[str, Callable[[int, int, int, bool], float]] = {
 
 def yardstick(processes: int, count: int = 100_000) -> float:
     """Bare SimPy timeouts a second; written out here, as the peers' environment knows nothing of this project."""
-    import random
-
     import simpy
 
     draw = random.Random(SEED)

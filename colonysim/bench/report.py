@@ -15,6 +15,7 @@ import colonysim
 from colonysim import exact
 from colonysim.bench.measuring import Figures
 from colonysim.errors import ColonysimError
+from colonysim.push.cards import replace_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,11 +69,8 @@ def save(document: dict[str, Any], path: Path) -> None:
     Raises:
         ColonysimError: It cannot be written.
     """
-    partial = path.with_name(path.name + ".part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-        partial.replace(path)
+        replace_file(path, (json.dumps(document, indent=1) + "\n").encode())
     except OSError as error:
         raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error
 
