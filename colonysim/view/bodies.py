@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from colonysim.backends.layout import Layout
-    from colonysim.view.content import Rows
+    from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
     from colonysim.world.scenario import Scenario
 
@@ -28,7 +28,7 @@ _SUNK = 0.08
 """A box whose centre is this much below where it would be on the rim lies in the pit, metres."""
 
 
-def add_bodies(block: Block, scenario: Scenario, poses: Rows, episodes: Sequence[int]) -> None:
+def add_bodies(block: Block, scenario: Scenario, poses: Columns, episodes: Sequence[int]) -> None:
     """Adds the poses of all bodies, each body's own one after the other, and the ground; nothing without poses."""
     if not len(poses):
         return
@@ -68,7 +68,7 @@ def _scale(scenario: Scenario, layout: Layout) -> float:
     return math.dist(layout.places[0], layout.places[far]) / away if away else 1.0
 
 
-def boxes_after(scenario: Scenario, events: Rows, poses: Rows) -> NDArray[Any]:
+def boxes_after(scenario: Scenario, events: Columns, poses: Columns) -> NDArray[Any]:
     """For each event the number of the node that its box is on afterwards, or -1 if the box was not moved.
 
     A push that arrives leads to its target; where a failed one left the box only its pose tells.
@@ -95,7 +95,7 @@ def _code(words: list[str], word: str) -> int:
 class _Landing:
     """Which node a box belongs to by its pose, as the physics backend would say."""
 
-    def __init__(self, scenario: Scenario, poses: Rows) -> None:
+    def __init__(self, scenario: Scenario, poses: Columns) -> None:
         self._layout = lay_out(scenario)
         self._ids = scenario.topology.ids
         words, codes = poses.words("body")

@@ -8,6 +8,7 @@ import numpy as np
 
 from colonysim.errors import TraceError
 from colonysim.view.bodies import add_bodies, boxes_after
+from colonysim.view.columns import Columns
 from colonysim.view.marks import add_marks
 from colonysim.view.packing import Block
 
@@ -17,55 +18,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from colonysim.trace.reader import Run
-    from colonysim.trace.schema import Table
     from colonysim.world.scenario import Scenario
 
-__all__ = ["Rows", "gather"]
+__all__ = ["gather"]
 
 _CHANCE = 10_000
 """Probabilities are kept as parts of ten thousand."""
-
-
-class Rows:
-    """One table of a run as NumPy columns, for some of its episodes.
-
-    Attributes:
-        first: Where the rows of each episode begin, and where those of the last one end.
-    """
-
-    def __init__(self, run: Run, table: Table, episodes: Sequence[int]) -> None:
-        rows = run.table(table)
-        numbers = rows["episode"].to_numpy()
-        wanted = np.isin(numbers, episodes)
-        self._rows = rows if wanted.all() else rows.filter(wanted)
-        self.first = np.searchsorted(numbers[wanted], [*episodes, episodes[-1] + 1])
-
-    def __len__(self) -> int:
-        return int(self._rows.num_rows)
-
-    def column(self, name: str) -> NDArray[Any]:
-        """A column of numbers; of lists, all their numbers one after the other."""
-        column = self._rows[name]
-        if str(column.type).startswith("list"):
-            column = column.combine_chunks().flatten()
-        return np.asarray(column)
-
-    def sizes(self, name: str) -> NDArray[Any]:
-        """How many numbers each row of a column of lists holds."""
-        import pyarrow.compute as pc
-
-        return np.asarray(pc.list_value_length(self._rows[name]), dtype=np.int64)
-
-    def milliseconds(self, name: str = "time") -> NDArray[np.int64]:
-        """A column of seconds."""
-        return np.asarray(np.rint(self.column(name) * 1000), dtype=np.int64)
-
-    def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
-        """A column of texts: the different ones, and for each row which."""
-        coded = self._rows[name].combine_chunks().dictionary_encode()
-        if hasattr(coded, "chunks"):
-            coded = coded.unify_dictionaries().combine_chunks()
-        return coded.dictionary.to_pylist(), coded.indices.to_numpy().astype(np.int64)
 
 
 def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
@@ -94,12 +52,12 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
     }
     _add_place(block, scenario)
     nodes = _Nodes(scenario)
-    events = Rows(run, "events", chosen)
-    poses = Rows(run, "poses", chosen)
+    events = Columns(run, "events", chosen)
+    poses = Columns(run, "poses", chosen)
     _add_events(block, events, nodes)
     block.ints("events.boxTo", nodes.index(boxes_after(scenario, events, poses)))
-    _add_decisions(block, Rows(run, "decisions", chosen), nodes)
-    add_marks(block, run, chosen, Rows(run, "deposits", chosen), nodes.index)
+    _add_decisions(block, Columns(run, "decisions", chosen), nodes)
+    add_marks(block, run, chosen, Columns(run, "deposits", chosen), nodes.index)
     add_bodies(block, scenario, poses, chosen)
     return block
 
@@ -153,7 +111,7 @@ def _add_place(block: Block, scenario: Scenario) -> None:
     block.head["goal"] = scenario.goal
 
 
-def _add_events(block: Block, events: Rows, nodes: _Nodes) -> None:
+def _add_events(block: Block, events: Columns, nodes: _Nodes) -> None:
     block.ints("events.first", events.first)
     block.ints("events.time", events.milliseconds(), steps=True)
     # A difference of two times is small, the time itself is not.
@@ -168,7 +126,7 @@ def _add_events(block: Block, events: Rows, nodes: _Nodes) -> None:
         block.ints(f"events.{name}", events.column(name))
 
 
-def _add_decisions(block: Block, decisions: Rows, nodes: _Nodes) -> None:
+def _add_decisions(block: Block, decisions: Columns, nodes: _Nodes) -> None:
     block.ints("decisions.first", decisions.first)
     block.ints("decisions.time", decisions.milliseconds(), steps=True)
     block.ints("decisions.agent", decisions.column("agent"))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Frame
-    from colonysim.view.content import Rows
+    from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
 
 __all__ = ["add_marks"]
@@ -28,7 +28,7 @@ _Mark = tuple[str, int, int, float]
 
 
 def add_marks(
-    block: Block, run: Run, episodes: Sequence[int], deposits: Rows, index: Callable[[Any], NDArray[np.int64]]
+    block: Block, run: Run, episodes: Sequence[int], deposits: Columns, index: Callable[[Any], NDArray[np.int64]]
 ) -> None:
     """Adds the fields: places to write to ("slots"), their values as each episode began, and every deposit.
 

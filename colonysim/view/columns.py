@@ -1,0 +1,59 @@
+"""The tables of a run as NumPy columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import Table
+
+__all__ = ["Columns"]
+
+
+class Columns:
+    """One table of a run as NumPy columns, for some of its episodes.
+
+    Attributes:
+        first: Where the rows of each episode begin, and where those of the last one end.
+    """
+
+    def __init__(self, run: Run, table: Table, episodes: Sequence[int]) -> None:
+        rows = run.table(table)
+        numbers = rows["episode"].to_numpy()
+        wanted = np.isin(numbers, episodes)
+        self._rows = rows if wanted.all() else rows.filter(wanted)
+        self.first = np.searchsorted(numbers[wanted], [*episodes, episodes[-1] + 1])
+
+    def __len__(self) -> int:
+        return int(self._rows.num_rows)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A column of numbers; of lists, all their numbers one after the other."""
+        column = self._rows[name]
+        if str(column.type).startswith("list"):
+            column = column.combine_chunks().flatten()
+        return np.asarray(column)
+
+    def sizes(self, name: str) -> NDArray[Any]:
+        """How many numbers each row of a column of lists holds."""
+        import pyarrow.compute as pc
+
+        return np.asarray(pc.list_value_length(self._rows[name]), dtype=np.int64)
+
+    def milliseconds(self, name: str = "time") -> NDArray[np.int64]:
+        """A column of seconds."""
+        return np.asarray(np.rint(self.column(name) * 1000), dtype=np.int64)
+
+    def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
+        """A column of texts: the different ones, and for each row which."""
+        coded = self._rows[name].combine_chunks().dictionary_encode()
+        if hasattr(coded, "chunks"):
+            coded = coded.unify_dictionaries().combine_chunks()
+        return coded.dictionary.to_pylist(), coded.indices.to_numpy().astype(np.int64)
