@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from colonysim.push.controls import Control, control_speeds
 from colonysim.push.judging import OFF_NODE, Rules, Verdict, guard, judge, reward, short_of_node
+from colonysim.push.seating import SETTLE_SECONDS, is_deep, lies, pressed
 from colonysim.push.starts import Start
 from colonysim.push.state import State, observe
 
@@ -88,9 +89,20 @@ class Episode:
     def _observe(self) -> State:
         return observe(self.scene.robot(0), self.scene.box(0), self.start.task)
 
+    def _settled(self) -> Verdict:
+        """What has become of the box when the robot has stopped."""
+        self.scene.drive(0, 0.0, 0.0)
+        for _ in range(round(SETTLE_SECONDS / self.scene.tick_seconds)):
+            self.scene.tick()
+        return "success" if lies(self.scene, self.start.task) else "failure"
+
     def _judge(self, state: State) -> tuple[Verdict | None, str]:
         task = self.start.task
         verdict = judge(task, state, self.scene.robot(0), self.scene.box(0))
+        if task.kind == "hole" and is_deep(self.scene, task):
+            # The paper's conditions hold while the box still leans over the edge, or tumbles.
+            over = lies(self.scene, task) or pressed(self.scene, 0, task)
+            verdict = self._settled() if over else None
         if verdict == "success" and self.rules.at_node and task.kind != "hole":
             if short_of_node(state):
                 verdict = None

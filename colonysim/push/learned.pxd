@@ -19,9 +19,4 @@ cdef class _NetworkPart:
     cdef _verdict(self)
 
 
-cdef bint _lies(Scene scene, task)
-
-@cython.locals(c=double, s=double, nose=double)
-cdef bint _pressed(Scene scene, Py_ssize_t robot, task)
-
 cdef _look(Scene scene, Py_ssize_t robot, task)

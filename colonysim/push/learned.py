@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from colonysim.physics.robot import BUMPER
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
 from colonysim.push.choosing import Choose
@@ -12,7 +11,7 @@ from colonysim.push.controls import control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
-from colonysim.push.scripted import OVERRUN
+from colonysim.push.seating import SETTLE_SECONDS, is_deep, lies, pressed
 from colonysim.push.staging import Leg, face_for, first_legs, in_place, stage_part
 from colonysim.push.state import State, fold, observe
 from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
@@ -26,7 +25,6 @@ CHECK_EVERY = 3
 _ON_AXIS, _ON_PIT_AXIS = 0.10, 0.05
 """A leg runs along the box's (or the pit's) own axis if that passes this close by the box, metres. Before a
 pit the bound is below the guard's: a push given up at the edge begins anew on a line of its own."""
-_SETTLE_SECONDS = 0.8
 _LEASH = 2.2
 _SLOW = 1.5
 
@@ -105,11 +103,9 @@ def _table(scene: Scene, robot: int, task: PushTask, state: State) -> str:
     verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
     if verdict is None:
         return scene.box_fault(task.box) or ""
-    if task.pit is not None:
-        deep = scene.terrain.pits[task.pit].depth > 1.5 * scene.boxes[task.box].height
-        # The paper's pits are one box deep; in a deeper one its conditions hold while the box still leans.
-        if deep and not _lies(scene, task) and not _pressed(scene, robot, task):
-            return ""
+    # The paper's pits are one box deep; in a deeper one its conditions hold while the box still leans.
+    if is_deep(scene, task) and not lies(scene, task) and not pressed(scene, robot, task):
+        return ""
     return "done" if verdict == "success" else "failure"
 
 
@@ -203,7 +199,7 @@ def push_in_legs(
                 break
             if reason == "done" and pit is not None:
                 # Only now: the network chooses everything until the robot has backed off.
-                if (fault := (yield from pilot.wait(_SETTLE_SECONDS))) != "done":
+                if (fault := (yield from pilot.wait(SETTLE_SECONDS))) != "done":
                     reason = fault
                     break
                 reason = "done" if scene.box_seated(task.box, pit) else "not seated"
@@ -265,29 +261,15 @@ class _NetworkPart:
         if scene.box_fault(task.box):
             return "box fallen"
         verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
-        if task.kind == "hole" and (verdict == "success" or _pressed(scene, robot, task)):
+        if task.kind == "hole" and (verdict == "success" or pressed(scene, robot, task)):
             # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies, but no
             # further than the robot may go without falling in.
-            return "done" if _pressed(scene, robot, task) or _lies(scene, task) else ""
+            return "done" if pressed(scene, robot, task) or lies(scene, task) else ""
         if verdict == "success" and not short_of_node(state):
             return "done" if state.distance <= self._tolerance else "off_node"
         if math.hypot(state.x_box, state.y_box) > _LEASH:
             return "robot_far"
         return guard(task, state, self._started_at) or ""
-
-
-def _lies(scene: Scene, task: PushTask) -> bool:
-    return task.pit is None or scene.box_seated(task.box, scene.terrain.pits[task.pit])
-
-
-def _pressed(scene: Scene, robot: int, task: PushTask) -> bool:
-    """Whether the bumper is as far past the pit's edge as it may go."""
-    if task.pit is None:
-        return False
-    pose = scene.robot(robot)
-    c, s = math.cos(task.line), math.sin(task.line)
-    nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - BUMPER
-    return nose <= scene.terrain.pits[task.pit].side / 2 - OVERRUN
 
 
 def leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:

@@ -9,13 +9,12 @@ from colonysim.physics.shapes import wrap
 from colonysim.physics.terrain import Pit
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot, in_frame
 from colonysim.push.paths import Obstacles
+from colonysim.push.seating import OVERRUN, SETTLE_SECONDS
 from colonysim.push.staging import Leg, first_legs, in_place, stage_part
 from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
 PUSH_SPEED = 0.45
 """Metres per second while the box moves."""
-OVERRUN = 0.10
-"""The bumper ends this far past a pit's edge, so that it presses the box in, metres."""
 NODE_TOLERANCE = 0.15
 """A box this close to its node has arrived, metres."""
 
@@ -26,7 +25,6 @@ _TURN_GAIN, _TURN_SHARE = 4.0, 0.5
 """A flush box is lost when the robot turns faster than this share of its speed (rad/m)."""
 _LOST_AHEAD, _LOST_ASIDE = 0.25, 0.45
 _STRAY = 0.25
-_SETTLE_SECONDS = 0.8
 _STALL_SECONDS = 2.5
 _RETRY = frozenset({"lost contact", "off the line", "stalled", "stuck", "not seated"})
 """Reasons after which another try makes sense."""
@@ -137,7 +135,7 @@ def _push_leg(pilot: Pilot, task: PushTask, leg: Leg, obstacles: Obstacles, spee
     reason = yield from _track(pilot, task.box, leg, pit, speed)
     if reason != "done" or pit is None:
         return reason
-    if (reason := (yield from pilot.wait(_SETTLE_SECONDS))) != "done":
+    if (reason := (yield from pilot.wait(SETTLE_SECONDS))) != "done":
         return reason
     return "done" if scene.box_seated(task.box, pit) else "not seated"
 

@@ -48,6 +48,7 @@ class Distribution:
         robot_bearing: Angle of the robot's place around the box, 0 straight behind it.
         robot_heading: The robot's heading, against the direction to the box.
         clearance: Least gap between the robot's outline and the box.
+        deep: Share of the pits that are two boxes deep instead of one.
     """
 
     goal: Mapping[Kind, Range]
@@ -59,6 +60,7 @@ class Distribution:
     robot_bearing: Range
     robot_heading: Range
     clearance: float
+    deep: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +109,7 @@ def distribution(name: str) -> Distribution:
         robot_bearing=_range(entry["robot_bearing"]),
         robot_heading=_range(entry["robot_heading"]),
         clearance=float(entry["clearance"]),
+        deep=float(entry.get("deep", 0.0)),
     )
 
 
@@ -126,7 +129,9 @@ def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:
     line = float(rng.uniform(-math.pi, math.pi))
     length = float(rng.uniform(*starts.goal[kind]))
     goal = (length * math.cos(line), length * math.sin(line))
-    terrain, rim = _terrain(kind, starts, line, length)
+    # Nothing is drawn where nothing varies, so that the frozen distributions stay what they are.
+    deep = kind == "hole" and starts.deep > 0.0 and bool(rng.random() < starts.deep)
+    terrain, rim = _terrain(kind, starts, line, length, 2 if deep else 1)
     offset = float(rng.uniform(*starts.box_offset))
     box = BoxSpec(-offset * math.sin(line), offset * math.cos(line), 0.0, line + float(rng.uniform(*starts.box_yaw)))
     while True:
@@ -140,14 +145,14 @@ def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:
     return Start(terrain, box, robot, task)
 
 
-def _terrain(kind: Kind, starts: Distribution, line: float, length: float) -> tuple[Terrain, float]:
-    """The ground of one episode and the height of the goal."""
+def _terrain(kind: Kind, starts: Distribution, line: float, length: float, boxes: int) -> tuple[Terrain, float]:
+    """The ground of one episode, its pit, if any, so many boxes deep, and the height of the goal."""
     c, s = math.cos(line), math.sin(line)
     ground = Ground(-_EXTENT, -_EXTENT, _EXTENT, _EXTENT, 0.0)
     if kind == "flat":
         return Terrain((ground,)), 0.0
     if kind == "hole":
-        return Terrain((ground,), (Pit(length * c, length * s, line, depth=PIT_DEPTH),)), 0.0
+        return Terrain((ground,), (Pit(length * c, length * s, line, depth=boxes * PIT_DEPTH),)), 0.0
     foot, crest = starts.slope_margin, length - starts.slope_margin
     rise = (crest - foot) * math.tan(starts.slope_angle)
     ramp = Ramp(foot * c, foot * s, 0.0, crest * c, crest * s, rise, landing=_LANDING)
