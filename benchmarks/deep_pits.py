@@ -8,6 +8,7 @@ The starts are those of single pushes into holes; only the pits are deeper. Wils
 import argparse
 import dataclasses
 from collections import Counter
+from pathlib import Path
 
 from colonysim.intervals import wilson
 from colonysim.physics import Terrain
@@ -26,6 +27,21 @@ def deepened(start: Start, boxes: int) -> Start:
     return dataclasses.replace(start, terrain=Terrain(terrain.grounds, tuple(pits), terrain.ramps))
 
 
+def push_deep(
+    pushes: int, seed: int, *, boxes: int = 2, tries: int = 8, model: str | Path | None = None
+) -> Counter[str]:
+    """How so many pushes ended: `done` where the box lies flat."""
+    executor = make_executor("staged", model=model, tries=tries)
+    reasons: Counter[str] = Counter()
+    for i in range(pushes):
+        start, drawn = judged_start("hole", i, seed=seed, purpose=Purpose.TUNE)
+        start = deepened(start, boxes)
+        with start.scene() as scene:
+            manoeuvre = executor(scene, 0, start.task, everything_else(scene, 0), seed=drawn)
+            reasons[run_alone(scene, 0, manoeuvre).reason] += 1
+    return reasons
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pushes", type=int, default=150)
@@ -34,14 +50,7 @@ def main() -> None:
     parser.add_argument("--tries", type=int, default=8)
     parser.add_argument("--model", default=None, help="a shipped network's name or the path of a card")
     given = parser.parse_args()
-    executor = make_executor("staged", model=given.model, tries=given.tries)
-    reasons: Counter[str] = Counter()
-    for i in range(given.pushes):
-        start, drawn = judged_start("hole", i, seed=given.seed, purpose=Purpose.TUNE)
-        start = deepened(start, given.boxes)
-        with start.scene() as scene:
-            manoeuvre = executor(scene, 0, start.task, everything_else(scene, 0), seed=drawn)
-            reasons[run_alone(scene, 0, manoeuvre).reason] += 1
+    reasons = push_deep(given.pushes, given.seed, boxes=given.boxes, tries=given.tries, model=given.model)
     low, high = wilson(reasons["done"], given.pushes)
     print(f"{reasons['done']} of {given.pushes} [{low:.3f}, {high:.3f}]; {dict(reasons)}")
 

@@ -1,7 +1,7 @@
 """Chains of nodes and a hole, with turns of 0, 45 and 90 degrees: does one push prepare the next?
 
-    python benchmarks/push_chains.py --chains 300 --tries 8 --rows staged --seed 0
-    python benchmarks/push_chains.py --chains 100 --nodes 5 --rows staged rl --seed 0 --out push_chains.json
+python benchmarks/push_chains.py --chains 300 --tries 8 --rows staged --seed 0
+python benchmarks/push_chains.py --chains 100 --nodes 5 --rows staged rl --seed 0 --out push_chains.json
 """
 
 import argparse

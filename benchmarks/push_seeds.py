@@ -1,8 +1,8 @@
 """Training the push from nothing with several seeds, and which of the networks is best.
 
-The seed whose network has the largest mean success over `rl` and over one try of `staged`, all terrains alike, on
-tuning pushes wins; `--ship` writes it, its card telling of all seeds. Trainings that are there already are not
-repeated, those that were stopped go on.
+The seed whose network has the largest mean success over `rl`, over one try of `staged`, all terrains alike, and over
+`staged` into pits two boxes deep, on tuning pushes wins; `--ship` writes it, its card telling of all seeds. Trainings
+that are there already are not repeated, those that were stopped go on.
 
     python benchmarks/push_seeds.py --seeds 0 1 2 --workers 2 --work runs/push-seeds --ship colonysim/push/models
 """
@@ -16,6 +16,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import fmean
 from typing import Any
+
+from deep_pits import push_deep
 
 from colonysim.push.cards import load_model, replace_file, save_model
 from colonysim.push.evaluation import evaluate_push
@@ -47,7 +49,8 @@ def measure(seed: int, pushes: int, work: Path) -> dict[str, Any]:
             push, episodes=pushes, seed=TUNING_SEED, tries=1, model=folder / "push.json", purpose=Purpose.TUNE
         )
         row[push] = {kind: r["success"] for kind, r in found.items()}
-    row["mean"] = round(fmean(share for push in PUSHES for share in row[push].values()), 4)
+    row["deep_pits"] = push_deep(pushes, TUNING_SEED, model=folder / "push.json")["done"] / pushes
+    row["mean"] = round(fmean([*(share for push in PUSHES for share in row[push].values()), row["deep_pits"]]), 4)
     replace_file(folder / "tuning.json", (json.dumps(row, indent=1) + "\n").encode())
     return row
 
