@@ -120,7 +120,8 @@ class TrainingConfig:
     kinds: tuple[tuple[Kind, float], ...] = (("flat", 0.3), ("slope", 0.35), ("hole", 0.35))
     starts: tuple[StartMix, ...] = (
         StartMix("push_wide", 0.4, guards=False),
-        StartMix("handover", 0.45, guards=True),
+        StartMix("handover", 0.3, guards=True),
+        StartMix("askew", 0.15, guards=True),
         StartMix("fine", 0.15, guards=True),
     )
     score_blocks: int = 3

@@ -49,6 +49,7 @@ class Distribution:
         robot_heading: The robot's heading, against the direction to the box.
         clearance: Least gap between the robot's outline and the box.
         deep: Share of the pits that are two boxes deep instead of one.
+        pit_yaw: `box_yaw` where the goal is a pit, if not the same.
     """
 
     goal: Mapping[Kind, Range]
@@ -61,6 +62,7 @@ class Distribution:
     robot_heading: Range
     clearance: float
     deep: float = 0.0
+    pit_yaw: Range | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +112,7 @@ def distribution(name: str) -> Distribution:
         robot_heading=_range(entry["robot_heading"]),
         clearance=float(entry["clearance"]),
         deep=float(entry.get("deep", 0.0)),
+        pit_yaw=_range(entry["pit_yaw"]) if "pit_yaw" in entry else None,
     )
 
 
@@ -133,7 +136,8 @@ def draw(kind: Kind, starts: Distribution, rng: np.random.Generator) -> Start:
     deep = kind == "hole" and starts.deep > 0.0 and bool(rng.random() < starts.deep)
     terrain, rim = _terrain(kind, starts, line, length, 2 if deep else 1)
     offset = float(rng.uniform(*starts.box_offset))
-    box = BoxSpec(-offset * math.sin(line), offset * math.cos(line), 0.0, line + float(rng.uniform(*starts.box_yaw)))
+    yaw = line + float(rng.uniform(*(starts.pit_yaw if kind == "hole" and starts.pit_yaw else starts.box_yaw)))
+    box = BoxSpec(-offset * math.sin(line), offset * math.cos(line), 0.0, yaw)
     while True:
         distance = float(rng.uniform(*starts.robot_distance))
         toward = line + float(rng.uniform(*starts.robot_bearing))

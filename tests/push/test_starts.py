@@ -33,12 +33,14 @@ def test_draws_stay_within_their_ranges(kind: Kind, name: str) -> None:
         across = -math.sin(task.line) * box.x + math.cos(task.line) * box.y
         assert starts.box_offset[0] - 1e-9 <= across <= starts.box_offset[1] + 1e-9
         assert start.terrain.height(robot.x, robot.y) == 0.0
+        yaws = starts.pit_yaw if kind == "hole" and starts.pit_yaw else starts.box_yaw
+        assert yaws[0] - 1e-9 <= box.yaw - task.line <= yaws[1] + 1e-9
         depths = [0.0] if kind != "hole" else [0.25, 0.5] if starts.deep else [0.25]
         assert task.rim - start.terrain.height(*task.goal) in [pytest.approx(depth) for depth in depths]
 
 
 def test_only_training_meets_pits_two_boxes_deep() -> None:
-    assert {name for name in start_names() if distribution(name).deep} == {"push_wide", "handover", "fine"}
+    assert {name for name in start_names() if distribution(name).deep} == {"push_wide", "handover", "askew", "fine"}
     starts = distribution("push_wide")
     pits = [draw("hole", starts, np.random.default_rng(i)).terrain.pits[0] for i in range(200)]
     assert 0.3 < sum(pit.depth == 0.5 for pit in pits) / len(pits) < 0.5
