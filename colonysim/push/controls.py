@@ -12,8 +12,10 @@ from colonysim.physics.robot import MAX_WHEEL_SPEED, WheelSpeeds
 from colonysim.physics.shapes import wrap
 from colonysim.push.state import State
 
-__all__ = ["CONTROLS", "GAIN_ALIGN", "GAIN_ROTATE", "GAIN_TRAVEL", "Control", "control_speeds"]
+__all__ = ["CONTROLS", "CONTROL_TICKS", "GAIN_ALIGN", "GAIN_ROTATE", "GAIN_TRAVEL", "Control", "control_speeds"]
 
+CONTROL_TICKS = 3
+"""A control looks at the state 20 times a second, and holds its wheel speeds for this many control ticks."""
 GAIN_ROTATE = 3.0
 GAIN_TRAVEL = 2.5
 GAIN_ALIGN = 8.0

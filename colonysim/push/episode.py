@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from colonysim.push.controls import Control, control_speeds
+from colonysim.push.controls import CONTROL_TICKS, Control, control_speeds
 from colonysim.push.judging import OFF_NODE, Rules, Verdict, guard, judge, reward, short_of_node
 from colonysim.push.seating import SETTLE_SECONDS, is_deep, lies, pressed
 from colonysim.push.starts import Start
@@ -62,11 +62,13 @@ class Episode:
         reason = ""
         ticks = 0
         for ticks in range(1, rules.ticks + 1):
-            speeds = control_speeds(control, state)
-            scene.drive(0, speeds.left, speeds.right)
+            if ticks % CONTROL_TICKS == 1:
+                scene.drive(0, *control_speeds(control, state))
             scene.tick()
-            state = self._observe()
-            if ticks % rules.check_every == 0 or ticks == rules.ticks:
+            judged = ticks % rules.check_every == 0 or ticks == rules.ticks
+            if judged or ticks % CONTROL_TICKS == 0:
+                state = self._observe()
+            if judged:
                 verdict, reason = self._judge(state)
                 if verdict is not None:
                     break

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 from colonysim.intervals import wilson
 from colonysim.physics import Scene
 from colonysim.push.choosing import Testing
+from colonysim.push.controls import CONTROL_TICKS
 from colonysim.push.executors import ChooserName, Executor, ExecutorName, make_executor
 from colonysim.push.judging import STEP_LIMIT, STEP_TICKS, Rules, Verdict, judge, reward
-from colonysim.push.learned import CHECK_EVERY
 from colonysim.push.paths import everything_else
 from colonysim.push.seeds import Purpose, episode_rng
 from colonysim.push.starts import KINDS, Start, distribution, draw
@@ -190,7 +190,7 @@ def play_push(
             scene.tick()
             if each_tick is not None:
                 each_tick(scene)
-            if scene.ticks % CHECK_EVERY and scene.ticks % STEP_TICKS:
+            if scene.ticks % CONTROL_TICKS and scene.ticks % STEP_TICKS:
                 continue
             state = observe(scene.robot(0), scene.box(0), task)
             verdict = judge(task, state, scene.robot(0), scene.box(0))

@@ -116,9 +116,7 @@ class Footing:
     def _within(self, i: int, margin: float, x: float, y: float) -> bool:
         """Whether a place lies on a ground, or up to `margin` beside it (inside it, if negative)."""
         g = self._grounds
-        return (
-            g[i] - margin <= x <= g[i + 2] + margin and g[i + 1] - margin <= y <= g[i + 3] + margin
-        )
+        return g[i] - margin <= x <= g[i + 2] + margin and g[i + 1] - margin <= y <= g[i + 3] + margin
 
 
 footing_on = lru_cache(maxsize=16)(Footing)

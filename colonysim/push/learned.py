@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
 from colonysim.push.choosing import Choose
-from colonysim.push.controls import control_speeds
+from colonysim.push.controls import CONTROL_TICKS, control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
@@ -21,7 +21,6 @@ __all__ = ["Approach", "StagedSettings", "push_in_legs", "rl_push", "staged_push
 Approach = Callable[[Pilot, Leg], Part]
 """Brings a robot to where the network takes over a leg; returns `"done"`, at once where nothing needs doing."""
 
-CHECK_EVERY = 3
 _ON_AXIS, _ON_PIT_AXIS = 0.10, 0.05
 """A leg runs along the box's (or the pit's) own axis if that passes this close by the box, metres. Before a
 pit the bound is below the guard's: a push given up at the edge begins anew on a line of its own."""
@@ -78,21 +77,18 @@ def rl_push(
     try:
         while not reason:
             control = choose(state)
-            name = control.name.lower()
-            for tick in range(1, ticks + 1):
-                pilot.note(name, "network")
-                yield control_speeds(control, state)
-                fault = pilot.fault()
-                spent += 1
+            name, held = control.name.lower(), 0
+            while held < ticks and not reason:
+                speeds = control_speeds(control, state)
+                for _ in range(min(CONTROL_TICKS, ticks - held)):
+                    pilot.note(name, "network")
+                    yield speeds
+                    held += 1
+                    spent += 1
+                    if reason := pilot.fault() or "":
+                        break
                 state = _look(scene, robot, task)
-                if fault:
-                    reason = fault
-                elif tick % CHECK_EVERY == 0 or tick == ticks:
-                    reason = _table(scene, robot, task, state)
-                if not reason and spent >= limit:
-                    reason = "timeout"
-                if reason:
-                    break
+                reason = reason or _table(scene, robot, task, state) or ("timeout" if spent >= limit else "")
             pilot.flush()
     finally:
         pilot.flush()
@@ -236,17 +232,17 @@ class _NetworkPart:
         """The controls, tick by tick."""
         for _ in range(STEP_LIMIT[self._task.kind] * STEP_TICKS // self._ticks):
             control = self._choose(self._state)
-            name, reason = control.name.lower(), ""
-            for tick in range(1, self._ticks + 1):
-                self._pilot.note(name, "network")
-                yield control_speeds(control, self._state)
-                if fault := self._pilot.fault():
-                    return fault
+            name, reason, held = control.name.lower(), "", 0
+            while held < self._ticks and not reason:
+                speeds = control_speeds(control, self._state)
+                for _ in range(min(CONTROL_TICKS, self._ticks - held)):
+                    self._pilot.note(name, "network")
+                    yield speeds
+                    held += 1
+                    if fault := self._pilot.fault():
+                        return fault
                 self._state = self._look()
-                if tick % CHECK_EVERY == 0 or tick == self._ticks:
-                    reason = self._verdict()
-                    if reason:
-                        break
+                reason = self._verdict()
             self._pilot.flush()
             if reason:
                 return reason
