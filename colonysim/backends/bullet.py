@@ -18,7 +18,7 @@ from colonysim.push.feasibility import load_feasibility
 from colonysim.push.gated import chance_of_push
 from colonysim.push.paths import Surroundings, everything_else
 from colonysim.push.staging import plan_push, staging_points
-from colonysim.push.task import PushTask
+from colonysim.push.task import PushTask, ignore
 from colonysim.push.way import chances_along, load_way_chance
 from colonysim.suggest import nearest
 from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
@@ -63,7 +63,8 @@ class Bullet:
             executor: "way" for "staged", to which it was fitted, "forest" for "rl", "geometry" for "scripted".
 
     Attributes:
-        feasible_way: The optional part of the protocol; None unless `feasibility` is "way".
+        feasible_way: An optional part of the protocol; None unless `feasibility` is "way".
+        recording: The other one.
 
     Raises:
         MissingExtraError: PyBullet is not installed.
@@ -81,6 +82,7 @@ class Bullet:
             raise ColonysimError(f"no push executor {push!r}; {nearest(push, EXECUTORS)}")
         self.push = chosen[0]
         self.edge_seconds = 1.0
+        self.recording = True
         self._gui = gui
         # The paper's classifier speaks of states from which its own network pushes.
         self.feasibility = feasibility or SUITED[self.push]
@@ -187,7 +189,7 @@ class Bullet:
         self._now = now
         finished = [Finished(over[0], self._outcome(*over)) for over in self._actions.go_on()]
         scene.tick()
-        if scene.ticks % POSE_TICKS == 0:
+        if self.recording and scene.ticks % POSE_TICKS == 0:
             self._record_movers()
         return finished
 
@@ -357,6 +359,8 @@ class Bullet:
     # -- the trace -------------------------------------------------------------------------------------------------
 
     def _record_pose(self, body: str, number: int) -> None:
+        if not self.recording:
+            return
         scene = self._open()
         pose = scene.robot(number) if body == "agent" else scene.box(number)
         self._rows.append(TraceRow("poses", (self._now, body, number, *pose)))
@@ -372,6 +376,9 @@ class Bullet:
                 rows.append(_make(TraceRow, ("poses", (now, "box", box, *scene.box(box)))))
 
     def _log_for(self, agent: int) -> Log:
+        if not self.recording:
+            return ignore
+
         def log(chooser: str, control: str, ticks: int) -> None:
             self._rows.append(TraceRow("controls", (self._now, agent, chooser, control, ticks)))
 

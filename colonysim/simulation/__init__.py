@@ -73,6 +73,8 @@ def simulate(
     if initial:
         _load_fields(world, fields, initial)
     body = make_backend(backend, backend_options)
+    if hasattr(body, "recording"):
+        body.recording = sink is not None
     streams = Streams(seed)
     try:
         memories: list[Any] = [None] * len(scenario.agents)

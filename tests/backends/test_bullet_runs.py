@@ -13,10 +13,11 @@ from backends.places import FORK, LANE, place, two_levels
 
 import colonysim
 from colonysim.backends.bullet import Bullet
+from colonysim.backends.protocol import TraceRow
 from colonysim.simulation import simulate
 from colonysim.testing import check_backend
 from colonysim.trace.reader import Run
-from colonysim.trace.schema import Event
+from colonysim.trace.schema import Event, Sink, Table
 
 SHORT = {"max_steps": 9}
 HASH = """
@@ -50,6 +51,32 @@ def test_the_same_seed_gives_the_same_trace(push: str) -> None:
 
 def test_another_seed_gives_another_trace() -> None:
     assert short_run("scripted", 3)[0].trace_sha256 != short_run("scripted", 4)[0].trace_sha256
+
+
+def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes() -> None:
+    handed_over: list[TraceRow] = []
+    kept: list[str] = []
+
+    class Watched(Bullet):
+        def rows(self) -> list[TraceRow]:
+            rows = list(super().rows())
+            handed_over.extend(rows)
+            return rows
+
+    class Keeper:
+        def write(self, table: Table, row: tuple[object, ...]) -> None:
+            kept.append(table)
+
+    def events(sink: Sink | None) -> list[Event]:
+        backend = Watched(push="scripted")
+        return list(simulate(place(LANE), backend=backend, episodes=1, seed=5, sink=sink))
+
+    recorded = events(Keeper())
+    assert {"poses", "controls"} <= {row.table for row in handed_over} & set(kept)
+    handed_over.clear()
+    bare = events(None)
+    assert not handed_over
+    assert bare == recorded
 
 
 def test_an_episode_depends_on_nothing_before_it() -> None:
