@@ -57,6 +57,7 @@ def command(
     from colonysim.cli.extras import need
     from colonysim.cli.progress import Bar
     from colonysim.errors import ColonysimError
+    from colonysim.reproduce.judging import WORDS
     from colonysim.reproduce.making import STUDIES, reproduce
     from colonysim.reproduce.plans import FULL, QUICK
 
@@ -87,5 +88,5 @@ def command(
             raise SystemExit(130) from None
     for gap in made.gaps:
         say(f"missing: {gap}")
-    counts = ", ".join(f"{made.verdicts[word]} {word}" for word in ("agrees", "disagrees", "undecided"))
+    counts = ", ".join(f"{made.verdicts[word]} {word}" for word in WORDS)
     typer.echo(f"{counts}: {made.markdown}, {made.html}")

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colonysim.errors import ColonysimError
+from colonysim.reproduce.judging import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,14 +59,14 @@ th, td { border-bottom: 1px solid #ddd; padding: .3rem .6rem; text-align: left; 
 th { border-bottom: 2px solid #888; }
 img { max-width: 100%; }
 code { background: #f2f2f2; padding: 0 .2em; }
-.agrees { color: #00694c; font-weight: 600; }
+.agrees, .better { color: #00694c; font-weight: 600; }
 .disagrees { color: #a80000; font-weight: 600; }
 .undecided { color: #6b5900; font-weight: 600; }
 @media (prefers-color-scheme: dark) {
   body { background: #181818; color: #ddd; }
   code { background: #2a2a2a; }
   img { background: #fff; }
-  .agrees { color: #4fd0a5; } .disagrees { color: #ff8a80; } .undecided { color: #e6cf5c; }
+  .agrees, .better { color: #4fd0a5; } .disagrees { color: #ff8a80; } .undecided { color: #e6cf5c; }
 }
 """
 
@@ -119,7 +120,7 @@ def _html(block: Block, folder: Path) -> str:
 
 def _cell(text: str) -> str:
     word = re.split(r"[ ,:]", text, maxsplit=1)[0]
-    mark = f' class="{word}"' if word in ("agrees", "disagrees", "undecided") else ""
+    mark = f' class="{word}"' if word in WORDS else ""
     return f"<td{mark}>{_inline(text)}</td>"
 
 

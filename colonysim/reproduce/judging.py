@@ -5,17 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 from statistics import fmean
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from colonysim.intervals import of_mean
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["RULE", "Expected", "Figure", "Reported", "Verdict", "direction", "level", "share"]
+__all__ = ["RULE", "WORDS", "Expected", "Figure", "Reported", "Verdict", "direction", "level", "share"]
 
 Expected = Literal["more", "less", "same"]
-Word = Literal["agrees", "disagrees", "undecided"]
+Word = Literal["agrees", "better", "disagrees", "undecided"]
+WORDS: tuple[Word, ...] = get_args(Word)
 
 NEGLIGIBLE = 0.10
 """A difference within this share of the two means' average is none worth the name."""
@@ -29,7 +30,8 @@ Wilson's.
 
 - **A figure of the paper** is compared by the difference, ours less the paper's; its interval joins ours with that \
 of the paper's mean (its standard deviation over the root of its episodes). It *disagrees* if the interval leaves out \
-0, and lies above or below; it *agrees* if the interval holds 0 and reaches no further from its middle than \
+0, but is *better* if it lies where fewer steps, more success or more reward are; it *agrees* if the interval holds 0 \
+and reaches no further from its middle than \
 {COARSE["steps"]:.0%} of the paper's steps, {COARSE["success"]:g} of success or {COARSE["reward"]:g} of reward; else \
 it is *undecided*.
 - **A claim of a difference** is tested on the difference of two settings, paired by seed. It *agrees* if the interval \
@@ -95,7 +97,7 @@ class Verdict:
     """What the rule says.
 
     Attributes:
-        word: "agrees", "disagrees" or "undecided".
+        word: One of `WORDS`.
         difference: Ours less the paper's, or one setting's less the other's; None where nothing could be compared.
     """
 
@@ -122,7 +124,7 @@ def level(ours: Figure | None, paper: Reported, measure: str) -> Verdict:
     high = difference + sqrt((ours.high - ours.mean) ** 2 + paper.half**2)
     found = Figure(difference, low, high, ours.count)
     if low > 0.0 or high < 0.0:
-        return Verdict("disagrees", found)
+        return Verdict("better" if (high < 0.0) == (measure == "steps") else "disagrees", found)
     widest = COARSE[measure] * (paper.mean if measure == "steps" else 1.0)
     return Verdict("agrees" if (high - low) / 2.0 <= widest else "undecided", found)
 

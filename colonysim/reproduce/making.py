@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from colonysim.reproduce import plans
 from colonysim.reproduce.context import Context
 from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown, replace_text
 from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_on_bullet
-from colonysim.reproduce.judging import RULE
+from colonysim.reproduce.judging import RULE, WORDS
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.push import Trainings
 from colonysim.reproduce.push_study import push_part
@@ -159,10 +159,7 @@ def reproduce(
         chosen = {name: study for name, study in chosen.items() if name not in without}
     measured: list[Measured] = []
     documents = [
-        document
-        for name, study in chosen.items()
-        if not (kept and name == _STORED)
-        for document in study.trials(size)
+        document for name, study in chosen.items() if not (kept and name == _STORED) for document in study.trials(size)
     ]
     if documents:
         trials = plans.asked(documents)
@@ -180,7 +177,7 @@ def reproduce(
         if on_study is not None:
             on_study(name)
         parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
-    blocks = [*_opening(context, list(chosen)), *parts]
+    blocks = [*_opening(context, _asked(list(chosen), size, bullet, trainings)), *parts]
     markdown, page = out / "reproduction.md", out / "reproduction.html"
     replace_text(markdown, as_markdown(blocks))
     replace_text(page, as_html(blocks, out))
@@ -196,18 +193,18 @@ def stored(name: str) -> Path | None:
     return None
 
 
-def _opening(context: Context, names: Sequence[str]) -> list[Block]:
+def _opening(context: Context, asked: str) -> list[Block]:
     size = context.size
     counts = Counter(judged.verdict.word for judged in context.judged)
     rows = [
         [each.about, each.study, each.with_what, _difference(each.verdict.difference, each.digits), each.verdict.word]
         for each in context.judged
     ]
-    words = ", ".join(f"{counts[word]} *{word}*" for word in ("agrees", "disagrees", "undecided"))
+    words = ", ".join(f"{counts[word]} *{word}*" for word in WORDS)
     blocks: list[Block] = [
         Heading(1, "The paper, reproduced"),
         Text(
-            f"{context.paper.source}, beside colonysim {__version__}. Made by `colonysim reproduce{_asked(names)}`: "
+            f"{context.paper.source}, beside colonysim {__version__}. Made by `colonysim reproduce{asked}`: "
             f"node world with seeds {size.first_seed}-{size.first_seed + size.seeds - 1}, {size.episodes} episodes a "
             "run. `paper` is the paper's own rules with their contradictions repaired, `colony` the recommended ones. "
             "The paper's images are not to be had; its captions and numbers stand in their place."
@@ -228,5 +225,14 @@ def _difference(figure: Any, digits: int) -> str:
     return figure.shown(digits, sign=True) if figure else "-"
 
 
-def _asked(names: Sequence[str]) -> str:
-    return "" if list(names) == list(STUDIES) else "".join(f" {name}" for name in names)
+def _asked(names: Sequence[str], size: plans.Size, bullet: str | Path | None, trainings: str | Path | None) -> str:
+    """The command's arguments; of files the name, for where they lie is nobody else's business."""
+    words = [] if list(names) == list(STUDIES) else list(names)
+    quick = size == replace(plans.QUICK, seeds=size.seeds, first_seed=size.first_seed)
+    words += ["--quick"] if quick else []
+    usual = plans.QUICK if quick else plans.FULL
+    words += [f"--seeds {size.seeds}"] if size.seeds != usual.seeds else []
+    words += [f"--first-seed {size.first_seed}"] if size.first_seed != usual.first_seed else []
+    words += [f"--bullet {Path(bullet).name}"] if bullet else []
+    words += [f"--trainings {Path(trainings).name}"] if trainings else []
+    return "".join(f" {word}" for word in words)

@@ -126,5 +126,3 @@ def drawn(name: str, size: Size, runs: Path, images: Path) -> Path:
         made.replace(image)
         made.parent.rmdir()
     return image
-
-

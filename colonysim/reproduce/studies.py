@@ -53,7 +53,7 @@ def _performance(
             digits = DIGITS[measure]
             word = context.judge(study, f"{measure} on {row.label} (`{row.place}`)", label, verdict, digits)
             reason = context.paper.reasons[backend][measure].get(verdict.side or "", "")
-            words.append(f"disagrees ({verdict.side}): {reason}" if word == "disagrees" else word)
+            words.append(f"{word} ({verdict.side}): {reason}" if reason else word)
             cells += [f"{reported.mean:g} ± {reported.sd:g}", ours.shown(digits) if ours else "-"]
         played = [e for trial in found.trials for e in trial.episodes if late[0] <= e["episode"] <= late[1]]
         there = sum(episode["success"] == 1.0 for episode in played)

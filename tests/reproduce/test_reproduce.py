@@ -43,7 +43,7 @@ def made(tmp_path_factory):
 # -- the rule -----------------------------------------------------------------------------------------------------
 
 
-def test_a_figure_agrees_disagrees_or_is_undecided():
+def test_a_figure_agrees_is_better_disagrees_or_is_undecided():
     reported = Reported(20.0, 10.0, 40)
     narrow = [19.0, 20.0, 21.0, 20.0] * 5
     assert level(Figure.of(narrow), reported, "steps").word == "agrees"
@@ -51,7 +51,10 @@ def test_a_figure_agrees_disagrees_or_is_undecided():
     assert (above.word, above.side) == ("disagrees", "above")
     assert above.difference is not None and above.difference.low is not None and above.difference.low > 0
     below = level(Figure.of([value - 9 for value in narrow]), reported, "steps")
-    assert (below.word, below.side) == ("disagrees", "below")
+    assert (below.word, below.side) == ("better", "below"), "fewer steps"
+    successes = Figure.of([0.95, 1.0] * 10)
+    assert level(successes, Reported(0.5, 0.1, 40), "success").word == "better"
+    assert level(successes, Reported(1.0, 0.01, 40), "success").word == "disagrees"
     assert level(Figure.of([2.0, 38.0, 20.0]), reported, "steps").word == "undecided", "too wide to say"
     assert level(Figure.of([20.0]), reported, "steps").word == "undecided", "one seed has no interval"
     assert level(None, reported, "steps").word == "undecided"
@@ -141,6 +144,7 @@ def test_the_report_holds_every_claim_of_its_studies_with_a_verdict(made):
         assert all(re.search(r"\| (agrees|disagrees|undecided)[^|]* \|$", line) for line in lines)
     assert len(claims) >= 4 and sum(result.verdicts.values()) > 2 * len(claims)
     assert "AblationEasy" not in text
+    assert f"`colonysim reproduce {' '.join(names)} " in text, "the report names the command that made it"
     assert (out / "reproduction" / "ablation-sanity-paper.png").stat().st_size > 5000
     for image in re.findall(r"\]\((.*?\.png)\)", text):
         assert (out / image).is_file()
