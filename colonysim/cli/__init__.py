@@ -23,6 +23,7 @@ from colonysim.cli import (
     schema,
     sweep,
     train,
+    tune,
     validate,
     video,
     view,
@@ -73,7 +74,7 @@ app = typer.Typer(
 )
 for module in (
     run, scenarios, new, validate, backends, schema, view, video, plot, report, export, sweep, results, compare,
-    reproduce, bench,
+    tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)

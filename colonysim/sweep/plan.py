@@ -20,9 +20,9 @@ from colonysim.world.places import Places
 from colonysim.world.source import read_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-__all__ = ["Limits", "Sweep", "Trial", "found", "load_sweep", "plan_sweep"]
+__all__ = ["Limits", "Search", "Sweep", "Trial", "found", "load_search", "load_sweep", "plan_sweep"]
 
 MAX_TRIALS = 1_000_000
 """Most trials of one sweep."""
@@ -143,6 +143,27 @@ class Sweep:
     limits: Limits
 
 
+@dataclass(frozen=True)
+class Search:
+    """A sweep whose settings are yet to be chosen from ranges.
+
+    Attributes:
+        name: As in the file.
+        ranges: Lowest and highest value of each setting, by path.
+        count: How many choices to try.
+        seed: Of whatever chooses.
+        limits: What a trial may take.
+        trials: The trials of one choice.
+    """
+
+    name: str
+    ranges: Mapping[str, tuple[float, float]]
+    count: int
+    seed: int
+    limits: Limits
+    trials: Callable[[Mapping[str, float]], tuple[Trial, ...]]
+
+
 def load_sweep(path: str | Path) -> Sweep:
     """Reads a sweep file.
 
@@ -152,11 +173,28 @@ def load_sweep(path: str | Path) -> Sweep:
         ScenarioError: One message: file, line, field, what is wrong.
         ColonysimError: The sweep is too large.
     """
-    path = Path(path)
-    document, positions = read_file(path, str(path))
-    if not isinstance(document, dict):
-        raise ScenarioError(f"{path}: expected fields such as `scenarios:` and `seeds:`")
-    return _planned({"name": path.stem, **document}, path.parent, Places(str(path), positions))
+    file, folder, places = _read(Path(path))
+    return _sweep(file, folder, places)
+
+
+def load_search(path: str | Path) -> Search:
+    """Reads a sweep file with a `sample` whose settings something else is going to choose.
+
+    Raises:
+        ScenarioError: One message: file, line, field, what is wrong.
+        ColonysimError: The sweep is too large.
+    """
+    file, folder, places = _read(Path(path))
+    if file.sample is None:
+        raise places.fault("", "has no `sample`: expected its `count` and `ranges`, from which settings are chosen")
+    if file.grid:
+        raise places.fault("grid", "expected no grid: a choice is judged by all of its trials together")
+
+    def trials(chosen: Mapping[str, float]) -> tuple[Trial, ...]:
+        return tuple(_trials(file, [dict(chosen)], folder, places))
+
+    trials({name: low for name, (low, _) in file.sample.ranges.items()})  # a misspelt setting is found at once
+    return Search(file.name, file.sample.ranges, file.sample.count, file.sample.seed, file.limits, trials)
 
 
 def plan_sweep(document: Mapping[str, Any]) -> Sweep:
@@ -166,15 +204,27 @@ def plan_sweep(document: Mapping[str, Any]) -> Sweep:
         ScenarioError: One message: field, what is wrong.
         ColonysimError: The sweep is too large.
     """
-    return _planned(document, Path(), Places("sweep", {}))
+    places = Places("sweep", {})
+    return _sweep(_checked(document, places), Path(), places)
 
 
-def _planned(document: Mapping[str, Any], folder: Path, places: Places) -> Sweep:
+def _read(path: Path) -> tuple[_File, Path, Places]:
+    document, positions = read_file(path, str(path))
+    if not isinstance(document, dict):
+        raise ScenarioError(f"{path}: expected fields such as `scenarios:` and `seeds:`")
+    places = Places(str(path), positions)
+    return _checked({"name": path.stem, **document}, places), path.parent, places
+
+
+def _checked(document: Mapping[str, Any], places: Places) -> _File:
     try:
-        file = _File.model_validate(document)
+        return _File.model_validate(document)
     except ValidationError as error:
         raise _complaint(error, document, places) from None
-    return Sweep(file.name, tuple(_trials(file, folder, places)), file.limits)
+
+
+def _sweep(file: _File, folder: Path, places: Places) -> Sweep:
+    return Sweep(file.name, tuple(_trials(file, list(_settings(file)), folder, places)), file.limits)
 
 
 def _complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:
@@ -197,8 +247,7 @@ def _complaint(error: ValidationError, document: Mapping[str, Any], places: Plac
     return places.fault(".".join(parts), message[:1].lower() + message[1:])
 
 
-def _trials(file: _File, folder: Path, places: Places) -> Iterator[Trial]:
-    settings = list(_settings(file))
+def _trials(file: _File, settings: Sequence[Mapping[str, Any]], folder: Path, places: Places) -> Iterator[Trial]:
     seeds = file.seeds if isinstance(file.seeds, list) else range(file.seeds.first, file.seeds.first + file.seeds.count)
     places_of = [
         (f"scenarios.{n}", chosen.scenario, variant)
