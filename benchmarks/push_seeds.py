@@ -19,7 +19,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from deep_pits import push_deep
+from push_pits import into_pits
 
 from colonysim.push.cards import load_model, replace_file, save_model
 from colonysim.push.evaluation import evaluate_push
@@ -51,8 +51,9 @@ def measure(seed: int, pushes: int, work: Path) -> dict[str, Any]:
     )
     for push in PUSHES:
         row[push] = {kind: found["success"] for kind, found in tune(push).items()}
-    row["askew"] = tune("staged", terrains=("hole",), starts="askew")["hole"]["success"]
-    row["deep_pits"] = push_deep(pushes, TUNING_SEED, model=folder / "push.json")["done"] / pushes
+    pits = partial(into_pits, pushes, TUNING_SEED, model=folder / "push.json")
+    row["askew"] = pits(starts="askew", tries=1)["done"] / pushes
+    row["deep_pits"] = pits(boxes=2)["done"] / pushes
     shares = [share for push in PUSHES for share in row[push].values()]
     row["mean"] = round(fmean([*shares, row["askew"], row["deep_pits"]]), 4)
     replace_file(folder / "tuning.json", (json.dumps(row, indent=1) + "\n").encode())

@@ -6,7 +6,7 @@ import itertools
 import math
 from typing import TYPE_CHECKING, TypeAlias
 
-from colonysim.physics import MAX_WHEEL_SPEED, TICK_SECONDS, WHEEL_RADIUS
+from colonysim.physics import MAX_WHEEL_SPEED, WHEEL_RADIUS, ticks_to_close
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -27,11 +27,8 @@ _TURNING = 0.05
 _BUMP, _BRAKING = 0.93, 0.15
 """Robots stop this far apart: metres, and metres for each metre per second."""
 _RADIUS, _FASTEST = WHEEL_RADIUS, MAX_WHEEL_SPEED * WHEEL_RADIUS
-_CLOSER_IN_A_TICK = 2 * _FASTEST * TICK_SECONDS
-"""Two robots come this much closer at most, metres."""
 LOOK_TICKS = 3
 """Near others, robots look out for them 20 times a second."""
-_FAR = 5.0
 _AHEAD, _ASIDE = 0.3, 0.85
 """Who stands less far ahead, or further to the side, is passed, metres."""
 
@@ -117,14 +114,13 @@ def closing_in(robot: Course, speeds: WheelSpeeds, others: Iterable[Course]) -> 
 def ticks_until_close(robot: Course, others: Iterable[Course]) -> int:
     """For how many ticks no other robot can come near; all given by x, y and yaw."""
     x, y, _ = robot
-    nearest = _FAR
+    nearest = math.inf
     for u, v, _ in others:
         away = math.hypot(u - x, v - y)
         # A pose that is no number is looked at in every tick.
         if not away >= nearest:
             nearest = away
-    spare = nearest - _BUMP - _BRAKING * _FASTEST
-    return int(spare / _CLOSER_IN_A_TICK) if spare > 0.0 else 0
+    return ticks_to_close(nearest - _BUMP - _BRAKING * _FASTEST)
 
 
 def _far_apart(a: Point, b: Point, c: Point, d: Point) -> bool:

@@ -14,7 +14,7 @@ from colonysim.physics.robot import (
     WheelSpeeds,
     wheel_speeds,
 )
-from colonysim.physics.scene import TICK_SECONDS, Scene
+from colonysim.physics.scene import TICK_SECONDS, Scene, ticks_to_close
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, wrap
 from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
 
@@ -36,6 +36,7 @@ __all__ = [
     "Scene",
     "Terrain",
     "WheelSpeeds",
+    "ticks_to_close",
     "wheel_speeds",
     "wrap",
 ]

@@ -3,6 +3,10 @@ cimport cython
 from colonysim.physics.robot cimport Traction
 from colonysim.physics.shapes cimport euler
 
+cdef double _CLOSER_IN_A_TICK
+
+cpdef int ticks_to_close(double gap)
+
 
 cdef class Scene:
     cdef readonly object terrain, _engine

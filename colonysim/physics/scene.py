@@ -7,7 +7,7 @@ from typing import Self
 
 from colonysim.physics.bullet import BulletEngine
 from colonysim.physics.engine import Engine
-from colonysim.physics.robot import BUMPER, Traction, build_robot, chassis_place
+from colonysim.physics.robot import BUMPER, MAX_WHEEL_SPEED, WHEEL_RADIUS, Traction, build_robot, chassis_place
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
 from colonysim.physics.terrain import Pit, Terrain
 
@@ -19,6 +19,13 @@ _GROUND_FRICTION = 0.8
 _FLIPPED_TICKS = 30
 _SUNK = 0.08
 _SEATED = 0.02
+_CLOSER_IN_A_TICK = 2 * MAX_WHEEL_SPEED * WHEEL_RADIUS * TICK_SECONDS
+_FOREVER = 1_000_000
+
+
+def ticks_to_close(gap: float) -> int:
+    """For how many ticks two robots cannot come nearer to each other by so many metres; none if it is no number."""
+    return int(min(gap / _CLOSER_IN_A_TICK, _FOREVER)) if gap > 0.0 else 0
 
 
 class Scene:

@@ -1,7 +1,7 @@
 # The types of driving.py when it is compiled.
 cimport cython
 from colonysim.physics.robot cimport wheel_speeds
-from colonysim.physics.scene cimport Scene
+from colonysim.physics.scene cimport Scene, ticks_to_close
 from colonysim.physics.shapes cimport wrap
 
 cdef double _TURN_RATE, _CURVE, _TURN_START, _TURN_STOP, _LOOK_AHEAD, _STALL_SECONDS, _CLOSE, _ASIDE, _IN_THE_WAY
@@ -18,6 +18,15 @@ cdef class Pilot:
     cpdef note(self, control, chooser=*)
     cpdef fault(self)
     cpdef flush(self)
+
+
+cdef class _Lookout:
+    cdef Scene _scene
+    cdef Py_ssize_t _robot, _look_at
+    cdef object _obstacles
+
+    @cython.locals(x=double, y=double, nearest=double, u=double, v=double, there=double, away=double, i=Py_ssize_t)
+    cpdef bint blocked(self, ahead)
 
 
 cdef class _Waypoint:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import atan2, hypot
 
 from colonysim.physics.robot import BUMPER, WheelSpeeds, wheel_speeds
-from colonysim.physics.scene import Scene
+from colonysim.physics.scene import Scene, ticks_to_close
 from colonysim.physics.shapes import Pose, wrap
 from colonysim.push.paths import ROBOT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings
 from colonysim.push.task import Chooser, Log, Manoeuvre, ManoeuvreResult, ignore
@@ -189,13 +189,14 @@ class Pilot:
     ) -> Part:
         """Plan a way to a point and drive it, waiting for robots that stand in it and planning again."""
         until = self.scene.time + _PATIENCE
+        lookout = _Lookout(self.scene, self.robot, obstacles)
         while True:
             pose = self.pose
             around = self.near(obstacles())
             path = FreeSpace(self.scene, around).path((pose.x, pose.y), goal)
             reason = "no way"
             if path is not None:
-                reason = yield from self.follow(path, speed, tolerance, self._guard(obstacles), arrived)
+                reason = yield from self.follow(path, speed, tolerance, lookout.blocked, arrived)
                 if reason not in ("blocked", "stuck"):
                     return reason
             # Another robot may be about to leave; what stands still will not.
@@ -212,20 +213,38 @@ class Pilot:
         close = tuple(i for i in around.robots if math.dist(here[:2], self.scene.robot(i)[:2]) < _FAR_ROBOT)
         return replace(around, robots=close)
 
-    def _guard(self, obstacles: Obstacles) -> Callable[[Point], bool]:
-        """Whether another robot is at a point ahead and would be approached by going there."""
 
-        def blocked(ahead: Point) -> bool:
-            scene = self.scene
-            x, y, _ = scene.course(self.robot)
-            for i in scene.present_robots():
-                u, v, _ = scene.course(i)
-                there = hypot(u - ahead[0], v - ahead[1])
-                if there < _IN_THE_WAY and there < hypot(u - x, v - y) and i in obstacles().robots:
-                    return True
+class _Lookout:
+    """Looks out for other robots on the way, and not again before one of them can be near.
+
+    Args:
+        scene: The scene.
+        robot: Index of the robot.
+        obstacles: Whether a robot is one is asked only of those at the point.
+    """
+
+    def __init__(self, scene: Scene, robot: int, obstacles: Obstacles) -> None:
+        self._scene, self._robot, self._obstacles = scene, robot, obstacles
+        self._look_at = 0
+
+    def blocked(self, ahead: Point) -> bool:
+        """Whether another robot is at a point, at most .9 m ahead, and would be approached by going there."""
+        scene = self._scene
+        if scene.ticks < self._look_at:
             return False
-
-        return blocked
+        x, y, _ = scene.course(self._robot)
+        nearest = math.inf
+        for i in scene.present_robots():
+            if i == self._robot:
+                continue
+            u, v, _ = scene.course(i)
+            there, away = hypot(u - ahead[0], v - ahead[1]), hypot(u - x, v - y)
+            if there < _IN_THE_WAY and there < away and i in self._obstacles().robots:
+                return True
+            if not away >= nearest:
+                nearest = away
+        self._look_at = scene.ticks + ticks_to_close(nearest - _LOOK_AHEAD - _IN_THE_WAY)
+        return False
 
 
 class _Waypoint:
