@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -34,6 +34,10 @@ class Columns:
 
     def __len__(self) -> int:
         return int(self._rows.num_rows)
+
+    def rows(self, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+        """The rows themselves, of some of the columns."""
+        return zip(*(self._rows[name].to_pylist() for name in names), strict=True)
 
     def column(self, name: str) -> NDArray[Any]:
         """A column of numbers; of lists, all their numbers one after the other."""
