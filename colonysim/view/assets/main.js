@@ -55,6 +55,7 @@ class Page {
     fill(byId("speed"), SPEEDS.map((speed) => [speed, `${speed}×`]));
     const longest = Math.max(...run.episodes.map((episode) => episode[4]));
     byId("speed").value = SPEEDS.find((speed) => longest / speed <= 1.6 * EPISODE_SECONDS) ?? SPEEDS.at(-1);
+    if (run.live) byId("speed").value = 5; // nobody knows yet how long an episode will be
     byId("agent").max = run.agents.node.length - 1;
     byId("views").hidden = !run.bodies;
     byId("live").hidden = !run.live;
