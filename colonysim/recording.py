@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
-    from colonysim.trace.schema import Event, Frame, Table
+    from colonysim.trace.schema import Event, Frame, Table, Tap
 
 __all__ = ["run"]
 
@@ -43,6 +43,7 @@ def run(
     backend_options: Mapping[str, Any] | None = None,
     on_start: Callable[[Run], None] | None = None,
     on_event: Callable[[Event, Run], None] | None = None,
+    tap: Tap | None = None,
 ) -> Run:
     """Runs a colony and records it.
 
@@ -65,6 +66,7 @@ def run(
         backend_options: Keyword arguments for a backend given by name.
         on_start: Called once with the run that is being recorded.
         on_event: Called with each event, and the run with the episodes so far.
+        tap: Is told the rows of all tables while they come.
 
     Returns:
         The run, finished.
@@ -109,22 +111,21 @@ def run(
             None if out is None else Path(out), scenario.name, variant, manifest["backend"], seed
         )
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
-    writer = TraceWriter(directory, manifest, drop=drop)
+    writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
     recorded = Run(directory, manifest, writer.results)
     if on_start:
         on_start(recorded)
     with writer:
         events = simulate(
             scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
-            initial=start, decisions=decisions, kinds=None if on_event else ("episode",),
+            initial=start, decisions=decisions, kinds=None if on_event or tap else ("episode",),
         )  # fmt: skip
         try:
-            if on_event:
-                for event in events:
+            for event in events:
+                if on_event:
                     on_event(event, recorded)
-            else:
-                for _ in events:
-                    pass
+                if tap:
+                    writer.share()
         finally:
             if isinstance(events, Generator):
                 events.close()  # the backend too has to end before the trace does

@@ -27,7 +27,8 @@ def command(
         typer.Option(
             "--what",
             "-w",
-            help="Comma-separated: D, E, H, B, map, trajectories, episodes; of single pushes trajectories, samples.",
+            help="Comma-separated: D, E, H, B, map, trajectories, episodes, waiting, workload, fates; of single pushes "
+            "trajectories, samples.",
             show_default="all",
         ),
     ] = None,
@@ -48,12 +49,14 @@ def command(
     ] = None,
     kind: Annotated[Literal["png", "svg", "pdf"], typer.Option("--format", "-f", help="File format.")] = "png",
 ) -> None:
-    """Draw a run: pheromones, map, trajectories, results.
+    """Draw a run: pheromones, map, trajectories, results, waiting, workload, boxes.
 
     D distance, E exploration, H of a hole, B of a box: a panel an
     episode, as at its end. map shows boxes, holes, agents and blocked edges (red slashes) at the start
     and the end, trajectories the ways of agents (pink) and boxes (blue), episodes steps and
-    success by episode. Of single pushes (`colonysim evaluate push --out`) there are
+    success by episode, waiting what agents did over an episode's time and how long they waited in
+    each, workload the steps of each agent and how evenly they are shared (Gini coefficient),
+    fates where each box ended and how often. Of single pushes (`colonysim evaluate push --out`) there are
     trajectories, a panel a terrain, and samples, a panel a push; of a training (`colonysim
     train push`) its learning curve, of a fit (`colonysim train way`) its calibration.
     """

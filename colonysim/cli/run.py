@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import TracebackType
 
     from colonysim.cli.watch import Watch
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
+    from colonysim.view.live import Live
     from colonysim.world.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
@@ -23,6 +25,7 @@ Examples:
   colonysim run hard --variant r5-6 --seed 7 --episodes 10 --json
   colonysim run my.yaml --policy paper --set policy.beta=2 --set detection_radius=20
   colonysim run hard --watch
+  colonysim run hard --backend bullet --live
   colonysim run hard --backend bullet --push staged --out runs/physics
   colonysim run hard --backend bullet --from runs/hard-nodeworld-s0-1 --episodes 3
 """
@@ -96,38 +99,107 @@ def command(
     watch: Annotated[
         bool, typer.Option("--watch", "-w", help="Draw the map live in the terminal (the node world slowed down).")
     ] = False,
+    live: Annotated[
+        bool, typer.Option("--live", "-l", help="Follow the run in the browser, on the page of `colonysim view`.")
+    ] = False,
+    pace: Annotated[
+        float,
+        typer.Option(min=0.0, help="Simulated seconds a second of a node world that is watched; 0: all at once."),
+    ] = 5.0,
+    port: Annotated[
+        int,
+        typer.Option(min=0, max=65535, help="Where --live listens on this machine.", show_default="any that is free"),
+    ] = 0,
+    no_open: Annotated[bool, typer.Option("--no-open", help="With --live, say the page's address only.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print results only, no progress.")] = False,
 ) -> None:
     """Run a scenario and record it in a run directory.
 
     Progress goes to standard error, results to standard output. Ctrl-C ends the run; what
-    it had recorded until then stays readable.
+    it had recorded until then stays readable. With --live on a terminal the page is served
+    until a Ctrl-C after the run.
     """
-    from colonysim.cli.console import print_json, say
+    from contextlib import ExitStack
+
+    from colonysim.cli.console import error_console, print_json, say
     from colonysim.cli.summary import print_results, results
+    from colonysim.errors import ColonysimError
     from colonysim.recording import run
     from colonysim.world.loading import load_scenario
 
     options = _backend_options(backend, push, feasibility, gui)
+    if (port or no_open) and not live:
+        raise ColonysimError(f"{'--port' if port else '--no-open'}: only with --live")
     loaded = load_scenario(scenario, variant, settings)
     count = loaded.episodes if episodes is None else episodes
     begun: list[Run] = []
+    with ExitStack() as open_until_the_end:
+        page = open_until_the_end.enter_context(_page(port)) if live else None
+
+        def starts(run: Run) -> None:
+            begun.append(run)
+            if page:
+                page.begin(run)
+                _open(page, no_open)
+
+        try:
+            with _shown(loaded, backend, count, watch, quiet) as shown:
+                slow = _slowed(shown, pace) if backend == "nodeworld" and (watch or live) else shown
+                recorded = run(
+                    loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
+                    episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
+                    backend_options=options, on_start=starts, on_event=slow, tap=page,
+                )  # fmt: skip
+        except KeyboardInterrupt:
+            where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
+            done = len(begun[0].episodes) if begun else 0
+            say(f"Interrupted after {done} of {count} episodes.{where}")
+            raise SystemExit(130) from None
+        if as_json:
+            print_json(results(recorded))
+        else:
+            print_results(recorded)
+        if page and error_console().is_terminal:
+            page.end()
+            say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
+            _wait_for_interrupt()
+
+
+def _page(port: int) -> Live:
+    from colonysim.view.live import Live
+
+    return Live(port)
+
+
+def _open(page: Live, no_open: bool) -> None:
+    from colonysim.cli.console import say
+
+    say(f"Live at {page.address}")
+    if not no_open:
+        import webbrowser
+
+        webbrowser.open(page.address)
+
+
+def _wait_for_interrupt() -> None:
+    import threading
+
     try:
-        with _shown(loaded, backend, count, watch, quiet) as shown:
-            recorded = run(
-                loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
-                episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
-                backend_options=options, on_start=begun.append, on_event=shown,
-            )  # fmt: skip
+        threading.Event().wait()
     except KeyboardInterrupt:
-        where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
-        done = len(begun[0].episodes) if begun else 0
-        say(f"Interrupted after {done} of {count} episodes.{where}")
-        raise SystemExit(130) from None
-    if as_json:
-        print_json(results(recorded))
-    else:
-        print_results(recorded)
+        return
+
+
+def _slowed(shown: Callable[[Event, Run], None], pace: float) -> Callable[[Event, Run], None]:
+    from colonysim.cli.watch import Pace
+
+    wait = Pace(pace)
+
+    def slow(event: Event, run: Run) -> None:
+        wait(event)
+        shown(event, run)
+
+    return slow
 
 
 def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: bool) -> _Progress | Watch:
@@ -143,7 +215,7 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
         raise ColonysimError("--watch and --quiet: the run is either drawn or not")
     if not error_console().is_terminal:
         raise ColonysimError("--watch draws on a terminal, and standard error is none")
-    return Watch(scenario, episodes, instant=backend == "nodeworld")
+    return Watch(scenario, episodes)
 
 
 class _Progress:

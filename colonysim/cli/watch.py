@@ -18,16 +18,32 @@ if TYPE_CHECKING:
     from colonysim.trace.schema import Event
     from colonysim.world.scenario import Scenario
 
-__all__ = ["Board", "Watch"]
+__all__ = ["Board", "Pace", "Watch"]
 
 # Agents pink and boxes blue, as in the plots.
 AGENT, BOX, GOAL, HOLE, QUIET = "bold #000000 on #CC79A7", "#FFFFFF on #0072B2", "bold #009E73", "reverse", "dim"
 _FRAME = 0.1
 """Seconds of wall clock between two pictures."""
-_PACE = 5.0
-"""Simulated seconds that pass in a second where a whole episode would take but an instant."""
 _LONGEST = 0.5
 """No single event is waited for longer, seconds."""
+
+
+class Pace:
+    """Slows a run down to be seen, where a whole episode would take but an instant; to be called with every event.
+
+    Args:
+        seconds: Simulated seconds that pass in a second; 0 for as many as may be.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._time = 0.0
+
+    def __call__(self, event: Event) -> None:
+        """Waits until it is time for an event."""
+        if self._seconds:
+            time.sleep(min(max(event.time - self._time, 0.0) / self._seconds, _LONGEST))
+        self._time = 0.0 if event.kind == "episode" else event.time
 
 
 class Board:
@@ -100,16 +116,15 @@ class Watch:
     Args:
         scenario: What runs.
         episodes: How many there will be.
-        instant: Whether the backend takes no time of its own; the run is then slowed down to be seen.
         console: Where to draw; standard error by default.
     """
 
-    def __init__(self, scenario: Scenario, episodes: int, instant: bool, console: Console | None = None) -> None:
+    def __init__(self, scenario: Scenario, episodes: int, console: Console | None = None) -> None:
         from rich.live import Live
 
         self._console = console or error_console()
         self._board = Board(scenario)
-        self._agents, self._episodes, self._pace = len(scenario.agents), episodes, _PACE if instant else 0.0
+        self._agents, self._episodes = len(scenario.agents), episodes
         self._shown = 0.0
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
 
@@ -124,8 +139,6 @@ class Watch:
 
     def __call__(self, event: Event, run: Run) -> None:
         """Takes an event; draws if the last picture is old enough."""
-        if self._pace:
-            time.sleep(min(max(event.time - self._board.time, 0.0) / self._pace, _LONGEST))
         self._board.take(event)
         now = time.monotonic()
         if event.kind == "episode" or now - self._shown >= _FRAME:

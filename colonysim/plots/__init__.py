@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
 
-KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes")
+KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes", "waiting", "workload", "fates")
 """What can be drawn of the run of a colony."""
 PUSH_KINDS = ("trajectories", "samples")
 """What can be drawn of a run of single pushes."""
@@ -123,10 +123,13 @@ def _jobs(
     run: Run, what: Sequence[str], episodes: Sequence[int], hole: int | None, box: int | None
 ) -> list[tuple[str, Callable[[], Figure]]]:
     """File name and drawing function of each image; every mistake is found before the first is drawn."""
+    from colonysim.plots.fates import fates_figure
     from colonysim.plots.fields import box_figure, hole_figure, node_figure
     from colonysim.plots.maps import map_figure
     from colonysim.plots.results import results_figure
     from colonysim.plots.trajectories import trajectories_figure
+    from colonysim.plots.waiting import waiting_figure
+    from colonysim.plots.workload import workload_figure
 
     scenario = run.scenario
     holes = [scenario.topology.ids[each.node] for each in scenario.holes]
@@ -135,6 +138,7 @@ def _jobs(
     if box is not None and not 0 <= box < len(scenario.boxes):
         raise ColonysimError(f"no box {box}; the boxes are 0 to {len(scenario.boxes) - 1}")
     known = {*KINDS, *run.table("frames")["field"].unique().to_pylist()}
+    whole = {"episodes": results_figure, "workload": workload_figure, "fates": fates_figure}
     jobs: list[tuple[str, Callable[[], Figure]]] = []
     for word in what:
         if word not in known:
@@ -143,8 +147,10 @@ def _jobs(
             jobs.append(("map", lambda: map_figure(run, episodes[-1])))
         elif word == "trajectories":
             jobs.append(("trajectories", lambda: trajectories_figure(run, episodes)))
-        elif word == "episodes":
-            jobs.append(("episodes", lambda: results_figure(run)))
+        elif word == "waiting":
+            jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1])))
+        elif word in whole:
+            jobs.append((word, lambda make=whole[word]: make(run)))  # type: ignore[misc]
         elif word == "H":
             for node in holes if hole is None else [hole]:
                 jobs.append((f"H-hole{node}", lambda node=node: hole_figure(run, node, episodes)))  # type: ignore[misc]

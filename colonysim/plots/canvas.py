@@ -16,9 +16,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
 
+    from colonysim.trace.reader import Run
     from colonysim.world.scenario import Scenario
 
-__all__ = ["AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "panels"]
+__all__ = [
+    "AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "panels", "plain",
+    "title_of",
+]  # fmt: skip
 
 # From the Okabe-Ito palette, told apart with any colour vision; agents pink, boxes blue as in the paper.
 AGENT, BOX, GOAL, HOLE, BLOCKED = "#CC79A7", "#0072B2", "#009E73", "#3A3A3A", "#D00000"
@@ -142,6 +146,26 @@ def _bounds(points: Iterable[tuple[float, float]], length: float) -> tuple[float
     wide = max(max(xs) - min(xs), 0.25 * (max(ys) - min(ys)), length)
     x, y = (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
     return x - wide / 2 - pad, x + wide / 2 + pad, y - tall / 2 - pad, y + tall / 2 + pad
+
+
+def title_of(what: str, run: Run) -> str:
+    """What a figure shows, and of which run."""
+    manifest = run.manifest
+    name = f"{manifest['name']} {manifest['variant']}" if manifest.get("variant") else manifest["name"]
+    return f"{what} · {name} · {manifest['backend']} · {manifest['policy']} · seed {manifest['seed']}"
+
+
+def plain(axes: Axes, x: str, y: str, title: str = "") -> None:
+    """Gives a diagram its labels and the quiet frame that all diagrams have."""
+    axes.set_xlabel(x, fontsize=8)
+    axes.set_ylabel(y, fontsize=8)
+    if title:
+        axes.set_title(title, fontsize=9, color=INK)
+    axes.tick_params(labelsize=8)
+    axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
 
 
 def panels(

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["box_figure", "hole_figure", "node_figure"]
 
 _TITLES = {"D": "Distance pheromone D", "E": "Exploration pheromone E"}
+_LABELS = {"D": "D [graph units]", "E": "E [visits]"}
 
 
 def node_figure(run: Run, name: str, episodes: Sequence[int]) -> Figure:
@@ -31,13 +32,14 @@ def node_figure(run: Run, name: str, episodes: Sequence[int]) -> Figure:
         if any(isinstance(key, tuple) for key in found):
             raise TraceError(f"the field {name!r} has more than one value per node; draw H or B instead")
         values.append(found)
-    return _figure(run, episodes, values, _TITLES.get(name, f"Pheromone {name}"), name)
+    return _figure(run, episodes, values, _TITLES.get(name, f"Pheromone {name}"), _LABELS.get(name, name))
 
 
 def hole_figure(run: Run, hole: int, episodes: Sequence[int]) -> Figure:
     """H of one hole, on every node that carries any."""
     values = [_slice(run, "H", episode, 1, hole, 0) for episode in episodes]
-    return _figure(run, episodes, values, f"Hole pheromone H of the hole at node {hole}", f"H({hole})", mark=hole)
+    title, label = f"Hole pheromone H of the hole at node {hole}", f"H({hole})"
+    return _figure(run, episodes, values, title, label, mark=hole)
 
 
 def box_figure(run: Run, box: int, episodes: Sequence[int]) -> Figure:
@@ -45,7 +47,7 @@ def box_figure(run: Run, box: int, episodes: Sequence[int]) -> Figure:
     start = run.scenario.topology.ids[run.scenario.boxes[box].node]
     values = [_slice(run, "B", episode, 0, box, 1) for episode in episodes]
     title = f"Box pheromone B of box {box} (starts on node {start}), on the holes it could fill"
-    return _figure(run, episodes, values, title, f"B({box})", box_at=start, shape="s")
+    return _figure(run, episodes, values, title, f"B({box}) [graph units]", box_at=start, shape="s")
 
 
 def _slice(run: Run, name: str, episode: int, fixed: int, value: int, rest: int) -> dict[int, float]:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.intervals import student
-from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,11 +37,7 @@ def results_figure(run: Run) -> Figure:
     """Steps until all agents are at the goal, and the share that is there, by episode."""
     numbers = [result.episode for result in run.episodes]
     figure = Figure(figsize=(7.0, 5.2), layout="constrained")
-    figure.suptitle(
-        f"{run.manifest['name']} · {run.manifest['backend']} · {run.manifest['policy']} · seed {run.manifest['seed']}",
-        fontsize=11,
-        color=INK,
-    )
+    figure.suptitle(title_of("Steps and success", run), fontsize=11, color=INK)
     above, below = figure.subplots(2, 1, sharex=True)
     most = run.scenario.max_steps
     rows = (
@@ -56,15 +52,10 @@ def results_figure(run: Run) -> Figure:
         )  # fmt: skip
         axes.plot(numbers, means, color=color, linewidth=1.6, label=f"mean of {min(WINDOW, len(values))} episodes")
         axes.plot(numbers, values, ".", color=INK, markersize=5, label="episode")
-        axes.set_ylabel(label, fontsize=8)
+        plain(axes, "episode" if axes is below else "", label)
         axes.set_ylim(0, 1.05 * top)
-        axes.tick_params(labelsize=8)
-        axes.grid(color=QUIET, linewidth=0.4, alpha=0.6)
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
     above.axhline(most, color=INK, linewidth=0.8, linestyle="dotted", label="most steps allowed")
     above.legend(fontsize=7, loc="upper right", bbox_to_anchor=(1.0, 0.95), framealpha=0.9)
-    below.set_xlabel("episode", fontsize=8)
     below.set_xlim(numbers[0] - 0.5, numbers[-1] + 0.5)
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure

@@ -58,6 +58,10 @@ class Packed:
         """How many rows the column has."""
         return len(self.values if self.sizes is None else self.sizes)
 
+    def copy(self) -> Packed:
+        """The same on memory of its own."""
+        return Packed(self.kind, self.values[:], None if self.sizes is None else self.sizes[:])
+
     def extend(self, later: Packed) -> None:
         """Takes the rows that follow."""
         self.values.extend(later.values)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from colonysim.trace.packing import Codes, Packed
     from colonysim.trace.schema import Table
 
-__all__ = ["read_parts", "table_schema", "write_part"]
+__all__ = ["arrow_table", "read_parts", "table_schema", "write_part"]
 
 
 def _arrow_type(kind: str) -> Any:
@@ -57,16 +57,22 @@ def _column(part: Packed, codes: Codes) -> Any:
     )
 
 
+def arrow_table(columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> Any:
+    """Columns as a `pyarrow.Table` on the same memory, which must not grow while that is alive."""
+    import pyarrow as pa
+
+    return pa.table({name: _column(part, codes[name]) for name, part in columns.items()})
+
+
 def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> None:
     """Writes one part under a temporary name and renames it into place.
 
     Raises:
         TraceError: The file cannot be written (disk full, no permission).
     """
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table = pa.table({name: _column(part, codes[name]) for name, part in columns.items()})
+    table = arrow_table(columns, codes)
     temporary = path.with_name(f".{path.name}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

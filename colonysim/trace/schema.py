@@ -6,9 +6,16 @@ number of their node. -1 stands for "none" in every integer column.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, TypeAlias
 
-__all__ = ["TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink", "Table"]
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from colonysim.trace.packing import Codes, Packed
+
+__all__ = [
+    "TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink", "Table", "Tap",
+]  # fmt: skip
 
 VERSION = 1
 
@@ -145,4 +152,16 @@ class Sink(Protocol):
 
     def write(self, table: Table, row: tuple[object, ...]) -> None:
         """Takes one row, in the order of the table's columns."""
+        ...
+
+
+class Tap(Protocol):
+    """Is told the rows of a run while they come, as columns: for whoever follows a run under way."""
+
+    def take(self, table: Table, columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> None:
+        """Takes a table's next rows; the columns go on growing, so what is kept has to be copied."""
+        ...
+
+    def cut(self) -> None:
+        """Learns that the rows so far are all there are up to one moment of the simulation, of every table."""
         ...

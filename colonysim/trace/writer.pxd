@@ -7,7 +7,8 @@ cdef class TraceWriter:
     cdef dict _pending, _digests, _packed, _parts
     cdef readonly Py_ssize_t block_rows
     cdef Py_ssize_t _rows_per_part
-    cdef double _flush_seconds, _begun, _flushed
+    cdef double _flush_seconds, _begun, _flushed, _shared
+    cdef object _tap
     cdef bint _done
 
     @cython.locals(now=double)

@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from colonysim.trace.packing import Packed
-    from colonysim.trace.schema import Table
+    from colonysim.trace.schema import Table, Tap
 
 __all__ = ["TraceWriter"]
 
 #: Rows that become columns at a time: as many as stay in a processor's cache.
 BLOCK = 512
+#: Shortest time between two moments that a tap learns of, wall clock.
+SHARE_SECONDS = 0.2
 
 
 class TraceWriter:
@@ -42,6 +44,7 @@ class TraceWriter:
         drop: Tables that are neither written nor hashed.
         rows_per_part: Most rows in a part.
         flush_seconds: Shortest time between two flushes that do not come of a full table, wall clock.
+        tap: Is told all rows as well.
 
     Attributes:
         results: The results of the episodes so far.
@@ -62,6 +65,7 @@ class TraceWriter:
         drop: Collection[Table] = (),
         rows_per_part: int = 16384,
         flush_seconds: float = 2.0,
+        tap: Tap | None = None,
     ) -> None:
         self.directory = directory
         self.manifest = manifest
@@ -81,7 +85,8 @@ class TraceWriter:
         self.block_rows = min(BLOCK, rows_per_part)
         self._rows_per_part = rows_per_part
         self._flush_seconds = flush_seconds
-        self._begun = self._flushed = time.monotonic()
+        self._begun = self._flushed = self._shared = time.monotonic()
+        self._tap = tap
         self._done = False
         if directory is not None:
             write_manifest(directory, manifest)
@@ -118,6 +123,23 @@ class TraceWriter:
             self._store(table)
         self._flushed = time.monotonic()
 
+    def share(self) -> None:
+        """Tells the tap what it has not been told yet, unless that was done just now.
+
+        To be called between two steps of the simulation: an event and the poses that go with it are one moment.
+
+        Raises:
+            TraceError: The directory cannot be written to.
+        """
+        if self._tap is None:
+            return
+        now = time.monotonic()
+        if now - self._shared >= SHARE_SECONDS:
+            self._shared = now
+            for table in self._digests:
+                self.pack(table)
+            self._tap.cut()
+
     def pack(self, table: Table) -> None:
         """Takes the table's waiting rows into the hash, and to disk once they are many.
 
@@ -131,6 +153,8 @@ class TraceWriter:
             columns = self._digests[table].add(rows)
             if isinstance(rows, list):
                 rows.clear()
+            if self._tap is not None:
+                self._tap.take(table, columns, self._digests[table].codes)
             if self.directory is None:
                 return
             packed = self._packed[table]
@@ -164,6 +188,8 @@ class TraceWriter:
         if self._done:
             raise TraceError("this trace is finished already")
         self.flush()
+        if self._tap is not None:
+            self._tap.cut()
         self._done = True
         digest = trace_sha256(self._digests.values())
         finish_manifest(self.manifest, status, {t: d.rows for t, d in self._digests.items()}, digest)

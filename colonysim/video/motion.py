@@ -47,7 +47,7 @@ def leaving(run: Run, episode: int) -> NDArray[np.float64]:
 
 def by_poses(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
     """The motion of rigid bodies, metres."""
-    poses = Columns(run, "poses", [episode])
+    poses = Columns(run.table("poses"), [episode])
     words, codes = poses.words("body")
     number, time = poses.column("number"), poses.column("time")
 
@@ -112,8 +112,8 @@ def _sample(ways: Sequence[_Way], times: NDArray[np.float64], turning: bool = Tr
 
 def _boxes_at(run: Run, episode: int, times: NDArray[np.float64]) -> NDArray[np.int64]:
     scenario = run.scenario
-    events = Columns(run, "events", [episode])
-    after: NDArray[Any] = boxes_after(scenario, events, Columns(run, "poses", [episode]))
+    events = Columns(run.table("events"), [episode])
+    after: NDArray[Any] = boxes_after(scenario, events, Columns(run.table("poses"), [episode]))
     at = np.tile(np.array([box.node for box in scenario.boxes], dtype=np.int64), (len(times), 1))
     when, box = events.column("time"), events.column("box")
     for i in np.flatnonzero(after >= 0):

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from colonysim.trace.reader import Run
-    from colonysim.trace.schema import Table
 
 __all__ = ["Columns"]
 
@@ -20,12 +18,15 @@ __all__ = ["Columns"]
 class Columns:
     """One table of a run as NumPy columns, for some of its episodes.
 
+    Args:
+        rows: The table, a `pyarrow.Table`.
+        episodes: Which of its episodes, in order.
+
     Attributes:
         first: Where the rows of each episode begin, and where those of the last one end.
     """
 
-    def __init__(self, run: Run, table: Table, episodes: Sequence[int]) -> None:
-        rows = run.table(table)
+    def __init__(self, rows: Any, episodes: Sequence[int]) -> None:
         numbers = rows["episode"].to_numpy()
         wanted = np.isin(numbers, episodes)
         self._rows = rows if wanted.all() else rows.filter(wanted)
@@ -33,6 +34,10 @@ class Columns:
 
     def __len__(self) -> int:
         return int(self._rows.num_rows)
+
+    def rows(self, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+        """The rows themselves, of some of the columns."""
+        return zip(*(self._rows[name].to_pylist() for name in names), strict=True)
 
     def column(self, name: str) -> NDArray[Any]:
         """A column of numbers; of lists, all their numbers one after the other."""

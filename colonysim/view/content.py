@@ -9,18 +9,20 @@ import numpy as np
 from colonysim.errors import TraceError
 from colonysim.view.bodies import add_bodies, boxes_after
 from colonysim.view.columns import Columns
-from colonysim.view.marks import add_marks
+from colonysim.view.marks import Fields, add_marks
 from colonysim.view.packing import Block
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     from colonysim.trace.reader import Run
+    from colonysim.trace.schema import Table
+    from colonysim.view.marks import Mark
     from colonysim.world.scenario import Scenario
 
-__all__ = ["gather"]
+__all__ = ["add_rows", "gather", "introduce"]
 
 _CHANCE = 10_000
 """Probabilities are kept as parts of ten thousand."""
@@ -38,28 +40,58 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
     """
     scenario = run.scenario
     chosen = _chosen(run, episodes)
+    block = introduce(run)
+    block.head["episodes"] = [list(each[:6]) for each in run.episodes if each.episode in set(chosen)]
+    fields = Fields(scenario, run.manifest["policy"])
+    first = run.episodes[0].episode
+    before = [[] if episode == first else fields.after(run.frames(episode - 1)) for episode in chosen]
+    add_rows(block, scenario, lambda table: Columns(run.table(table), chosen), chosen, fields, before)
+    return block
+
+
+def introduce(run: Run) -> Block:
+    """What the page needs to know before the first row: what was run, and the place."""
+    scenario = run.scenario
     block = Block()
     block.head = {
         "name": scenario.name,
         "description": scenario.description,
         **{key: run.manifest.get(key) for key in ("variant", "backend", "policy", "mode", "seed", "status")},
         "hash": run.trace_sha256,
-        "episodes": [_result(each) for each in run.episodes if each.episode in set(chosen)],
         "radius": scenario.detection_radius,
         "reach": scenario.reach,
         "maxSteps": scenario.max_steps,
         "chance": _CHANCE,
     }
     _add_place(block, scenario)
+    return block
+
+
+def add_rows(
+    block: Block,
+    scenario: Scenario,
+    table: Callable[[Table], Columns],
+    episodes: Sequence[int],
+    fields: Fields,
+    before: Sequence[Sequence[Mark]],
+) -> None:
+    """Adds what happened.
+
+    Args:
+        block: What to add to.
+        scenario: What was run.
+        table: The rows of each table, of these episodes.
+        episodes: Their numbers.
+        fields: Of the policy.
+        before: The pheromones as each of the episodes began.
+    """
     nodes = _Nodes(scenario)
-    events = Columns(run, "events", chosen)
-    poses = Columns(run, "poses", chosen)
+    events, poses = table("events"), table("poses")
     _add_events(block, events, nodes)
     block.ints("events.boxTo", nodes.index(boxes_after(scenario, events, poses)))
-    _add_decisions(block, Columns(run, "decisions", chosen), nodes)
-    add_marks(block, run, chosen, Columns(run, "deposits", chosen), nodes.index)
-    add_bodies(block, scenario, poses, chosen)
-    return block
+    _add_decisions(block, table("decisions"), nodes)
+    add_marks(block, fields, before, table("deposits"), nodes.index)
+    add_bodies(block, scenario, poses, episodes)
 
 
 def _chosen(run: Run, episodes: Sequence[int] | None) -> list[int]:
@@ -70,10 +102,6 @@ def _chosen(run: Run, episodes: Sequence[int] | None) -> list[int]:
         if number not in complete:
             raise TraceError(f"no episode {number} in this run; it has {complete[0]} to {complete[-1]}")
     return sorted(set(episodes)) if episodes else complete
-
-
-def _result(result: Any) -> list[Any]:
-    return [result.episode, result.steps, result.success, result.ended, result.sim_seconds, result.seated]
 
 
 class _Nodes:

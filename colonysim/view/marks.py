@@ -16,37 +16,43 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from colonysim.trace.reader import Run
     from colonysim.trace.schema import Frame
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
+    from colonysim.world.scenario import Scenario
 
-__all__ = ["add_marks"]
+__all__ = ["Fields", "Mark", "add_marks"]
 
-_Mark = tuple[str, int, int, float]
+Mark = tuple[str, int, int, float]
 """Field, place (a node's index, or a box), key (a hole's node's index, or -1), value."""
 
 
 def add_marks(
-    block: Block, run: Run, episodes: Sequence[int], deposits: Columns, index: Callable[[Any], NDArray[np.int64]]
+    block: Block,
+    fields: Fields,
+    before: Sequence[Sequence[Mark]],
+    deposits: Columns,
+    index: Callable[[Any], NDArray[np.int64]],
 ) -> None:
     """Adds the fields: places to write to ("slots"), their values as each episode began, and every deposit.
 
-    What evaporates between two episodes is in no row, so the fields themselves are asked, filled with the key
-    frames of the episode before; of a policy that is not installed here, the key frames are taken as they are.
+    Args:
+        block: What to add to.
+        fields: Of the run's policy.
+        before: The values as each episode began.
+        deposits: Of these episodes.
+        index: From the numbers of nodes to their indices.
     """
     names, field = deposits.words("field")
-    by_box = _by_box(run)
-    before = [_at_start(run, episode, by_box) for episode in episodes]
     names += sorted({mark[0] for marks in before for mark in marks} - set(names))
     at = deposits.column("node")
-    boxed = np.isin(field, [names.index(name) for name in by_box if name in names])
+    boxed = np.isin(field, [names.index(name) for name in fields.by_box if name in names])
     rows = np.column_stack([field, np.where(boxed, at, index(at)), index(deposits.column("key"))])
     starts = np.array([[names.index(m[0]), m[1], m[2]] for marks in before for m in marks], dtype=np.int64)
     slots, which = np.unique(np.vstack([starts.reshape(-1, 3), rows]), axis=0, return_inverse=True)
     which = which.ravel()
     block.head["fields"] = names
-    block.head["byBox"] = [name for name in names if name in by_box]
+    block.head["byBox"] = [name for name in names if name in fields.by_box]
     for i, name in enumerate(("field", "place", "key")):
         block.ints(f"slots.{name}", slots[:, i], steps=True)
     block.ints("starts.first", np.cumsum([0, *map(len, before)]))
@@ -58,47 +64,55 @@ def add_marks(
     block.reals("deposits.value", deposits.column("value"))
 
 
-def _by_box(run: Run) -> frozenset[str]:
-    """The fields whose values belong to boxes instead of nodes; the paper's if the policy is not installed here."""
-    try:
-        fields = make_policy(run.manifest["policy"], run.scenario).fields(World(run.scenario))
-    except (ColonysimError, ValueError):
-        return frozenset({"B"})
-    return frozenset(name for name, field in fields.items() if field.by_box)
+class Fields:
+    """The pheromone fields of a run's policy, asked what the end of an episode makes of them.
 
+    What evaporates between two episodes is in no row, so the fields themselves are filled with the key frames of the
+    episode before; of a policy that is not installed here, the key frames are taken as they are.
 
-def _at_start(run: Run, episode: int, by_box: frozenset[str]) -> list[_Mark]:
-    """Every value as the episode began."""
-    if episode == run.episodes[0].episode:
-        return []
-    frames = run.frames(episode - 1)
-    try:
-        return _carried_over(run, frames, by_box)
-    except (ColonysimError, ValueError):
-        return [_mark_of(run, frame, by_box) for frame in frames]
+    Args:
+        scenario: What was run.
+        policy: The policy's name in the manifest.
 
+    Attributes:
+        by_box: The fields whose values belong to boxes instead of nodes; the paper's if the policy is not installed.
+    """
 
-def _carried_over(run: Run, frames: Iterable[Frame], by_box: frozenset[str]) -> list[_Mark]:
-    """What the fields make of the end of the episode whose key frames these are."""
-    world = World(run.scenario)
-    fields = make_policy(run.manifest["policy"], run.scenario).fields(world)
-    holes = {hole.node: key for key, hole in enumerate(run.scenario.holes)}
-    writes: dict[str, list[Write]] = {}
-    for frame in frames:
-        name, place, key, value = _mark_of(run, frame, by_box)
-        writes.setdefault(name, []).append(Write(place, holes.get(key, -1), value))
-    marks: list[_Mark] = []
-    for name, field in fields.items():
-        field.load(writes.get(name, []))
-        field.end_episode()
-        marks += [
-            (name, place, run.scenario.holes[key].node if key >= 0 else -1, value)
-            for place, key, value in field.frame()
-        ]
-    return marks
+    def __init__(self, scenario: Scenario, policy: str) -> None:
+        self._scenario, self._policy = scenario, policy
+        try:
+            fields = make_policy(policy, scenario).fields(World(scenario))
+            self.by_box = frozenset(name for name, field in fields.items() if field.by_box)
+        except (ColonysimError, ValueError):
+            self.by_box = frozenset({"B"})
 
+    def after(self, frames: Iterable[Frame]) -> list[Mark]:
+        """Every value as an episode began, by the key frames of the one before."""
+        marks = [self._mark_of(frame) for frame in frames]
+        try:
+            return self._carried_over(marks)
+        except (ColonysimError, ValueError):
+            return marks
 
-def _mark_of(run: Run, frame: Frame, by_box: frozenset[str]) -> _Mark:
-    index = run.scenario.topology.index
-    place = frame.node if frame.field in by_box else index[frame.node]
-    return frame.field, place, index[frame.key] if frame.key >= 0 else -1, frame.value
+    def _carried_over(self, before: Iterable[Mark]) -> list[Mark]:
+        """What the fields make of the end of the episode that left these values."""
+        scenario = self._scenario
+        fields = make_policy(self._policy, scenario).fields(World(scenario))
+        holes = {hole.node: key for key, hole in enumerate(scenario.holes)}
+        writes: dict[str, list[Write]] = {}
+        for name, place, key, value in before:
+            writes.setdefault(name, []).append(Write(place, holes.get(key, -1), value))
+        marks: list[Mark] = []
+        for name, field in fields.items():
+            field.load(writes.get(name, []))
+            field.end_episode()
+            marks += [
+                (name, place, scenario.holes[key].node if key >= 0 else -1, value)
+                for place, key, value in field.frame()
+            ]
+        return marks
+
+    def _mark_of(self, frame: Frame) -> Mark:
+        index = self._scenario.topology.index
+        place = frame.node if frame.field in self.by_box else index[frame.node]
+        return frame.field, place, index[frame.key] if frame.key >= 0 else -1, frame.value

@@ -11,28 +11,37 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from colonysim.view.packing import Block
 
-__all__ = ["MODULES", "page"]
+__all__ = ["LIVE", "MODULES", "STILL", "page"]
 
 #: In this order no module uses one that comes later.
 MODULES = (
     "palette", "unpack", "shapes", "replay", "camera", "marks", "ground", "far", "things", "map", "matrices", "solids",
     "scene", "charts", "panels", "main",
 )  # fmt: skip
+#: What follows them in a page that holds its run, and in one that follows a run under way.
+STILL, LIVE = ("still",), ("growth", "live")
 _IMPORT = re.compile(r"^import\b[^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=const|let|class|function|async)", re.MULTILINE)
 
 
-def page(block: Block) -> str:
+def page(block: Block, live: bool = False) -> str:
     """The page of a packed run.
 
     Its Content-Security-Policy admits this style and this program by their hashes, and no connection at all. The
     data are base64 within a script element of a type that nothing executes, so no text of a run is ever markup.
+
+    Args:
+        block: The run.
+        live: Whether the run is under way: the page then asks the server that it came from, and nobody else, for
+            what happens.
     """
     style = _asset("page.css")
-    program = "\n".join(_EXPORT.sub("", _IMPORT.sub("", _asset(f"{name}.js"))) for name in MODULES)
+    modules = MODULES + (LIVE if live else STILL)
+    program = "\n".join(_EXPORT.sub("", _IMPORT.sub("", _asset(f"{name}.js"))) for name in modules)
+    connections = "; connect-src 'self'" if live else ""
     policy = (
         f"default-src 'none'; script-src '{_digest(program)}'; style-src '{_digest(style)}'; "
-        "base-uri 'none'; form-action 'none'"
+        f"base-uri 'none'; form-action 'none'{connections}"
     )
     parts = {
         "policy": policy,

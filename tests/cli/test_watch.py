@@ -39,13 +39,20 @@ def test_watching_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watch.time, "sleep", slept.append)
     plain = colonysim.run("sanity", seed=10, episodes=2, trace=False)
     console = Console(file=io.StringIO(), force_terminal=True, highlight=False, width=80, height=30)
-    with watch.Watch(plain.scenario, 2, instant=True, console=console) as shown:
-        seen = colonysim.run("sanity", seed=10, episodes=2, trace=False, on_event=shown)
+    wait = watch.Pace(5.0)
+    with watch.Watch(plain.scenario, 2, console=console) as shown:
+
+        def slow(event: colonysim.Event, run: colonysim.Run) -> None:
+            wait(event)
+            shown(event, run)
+
+        seen = colonysim.run("sanity", seed=10, episodes=2, trace=False, on_event=slow)
     assert seen.trace_sha256 == plain.trace_sha256
     assert isinstance(console.file, io.StringIO)
     said = console.file.getvalue()
     assert "episode 1 of 2" in said and "episode   2:" in said and "◆" in said
-    assert sum(slept) > 0 and max(slept) <= 0.5
+    whole = sum(episode.sim_seconds for episode in plain.episodes)
+    assert sum(slept) == pytest.approx(whole / 5.0, rel=0.2) and min(slept) >= 0 and max(slept) <= 0.5
 
 
 def test_it_needs_a_terminal() -> None:

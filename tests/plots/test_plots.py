@@ -2,12 +2,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
+from matplotlib.text import Text
 
 import colonysim
+import colonysim.plots
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.plots import draw
 from colonysim.trace.schema import Event
@@ -28,7 +31,7 @@ def test_everything_can_be_drawn_from_the_directory_alone(runs: dict[str, colony
     names = {image.name for image in images}
     assert names == {
         "D.png", "E.png", "H-hole3.png", "H-hole7.png", "B-box0.png", "B-box1.png", "map.png", "trajectories.png",
-        "episodes.png",
+        "episodes.png", "waiting.png", "workload.png", "fates.png",
     }  # fmt: skip
     assert all(image.read_bytes().startswith(b"\x89PNG") for image in images)
     assert {image.name for image in tmp_path.iterdir()} == names
@@ -43,21 +46,44 @@ def test_a_choice_of_hole_box_episodes_and_format(runs: dict[str, colonysim.Run]
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_no_two_labels_of_a_map_overlap(runs: dict[str, colonysim.Run], name: str) -> None:
+def test_no_two_labels_overlap_in_any_plot(
+    runs: dict[str, colonysim.Run], name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+    figures = {}
+    monkeypatch.setattr(colonysim.plots, "save", lambda figure, path, *_: figures.__setitem__(path.stem, figure))
+    run = runs[name]
+    draw(run, out=tmp_path)
+    kinds = {stem.split("-")[0] for stem in figures}
+    assert kinds == {*colonysim.plots.KINDS} - ({"H"} if not run.scenario.holes else set())
+    drawn: list[tuple[str, Any]] = []
+    draw_text = Text.draw
+
+    def note(text: Text, renderer: Any, *rest: Any, **options: Any) -> None:
+        draw_text(text, renderer, *rest, **options)
+        if text.get_visible() and text.get_text().strip():
+            drawn.append((text.get_text(), text.get_window_extent(renderer)))
+
+    monkeypatch.setattr(Text, "draw", note)
+    for stem, figure in figures.items():
+        drawn.clear()
+        FigureCanvasAgg(figure).draw()
+        assert len(drawn) > 5
+        for text, box in drawn:
+            assert figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1, (stem, text)
+            assert figure.bbox.y0 <= box.y0 and box.y1 <= figure.bbox.y1, (stem, text)
+        for (one, first), (other, second) in combinations(drawn, 2):
+            assert not first.overlaps(second), (stem, one, other)
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_map_names_every_node_and_says_what_its_axes_are(runs: dict[str, colonysim.Run], name: str) -> None:
     from colonysim.plots.maps import map_figure
 
-    figure = map_figure(runs[name], 2)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    for axes in figure.axes:
+    for axes in map_figure(runs[name], 2).axes:
         assert axes.get_xlabel() and axes.get_ylabel() and axes.get_title()
-        texts = [text for text in axes.texts if text.get_text()]
-        assert len(texts) >= len(runs[name].scenario.topology)
-        boxes = [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in texts]
-        for (one, a), (other, b) in combinations(boxes, 2):
-            assert not a.overlaps(b), (one, other)
+        assert len([text for text in axes.texts if text.get_text()]) >= len(runs[name].scenario.topology)
 
 
 def test_mistakes_are_told_before_anything_is_drawn(runs: dict[str, colonysim.Run], tmp_path: Path) -> None:
@@ -115,3 +141,56 @@ def test_running_intervals_are_students() -> None:
     mean, low, high = running_interval([1.0, 2.0, 3.0, 4.0, 5.0])[2]
     assert mean == 3.0 and low == pytest.approx(3 - 1.9632, abs=1e-3) and high == pytest.approx(3 + 1.9632, abs=1e-3)
     assert len(running_interval(list(range(30)))) == 30
+
+
+def test_what_agents_do_fills_the_episode(runs: dict[str, colonysim.Run]) -> None:
+    from colonysim.plots.waiting import spans
+
+    run = runs["hard"]
+    result = run.episodes[0]
+    found = spans(run.events(1))
+    for agent in range(4):
+        mine = sorted((span for span in found if span.agent == agent), key=lambda span: span.begin)
+        assert mine[0].begin == 0.0 and mine[-1].end == result.sim_seconds
+        assert all(before.end == pytest.approx(after.begin) for before, after in pairwise(mine))
+    # The one that is there last leaves with the episode's end.
+    assert sum(span.state == "left at the goal" for span in found) == 3
+
+
+def test_a_wait_is_told_from_what_ends_it() -> None:
+    from colonysim.plots.waiting import spans
+
+    events = [
+        Event(1, 1.0, "wait", 0, "wait", 3, 4),
+        Event(1, 2.0, "wait", 0, "wait", 3, -1),
+        Event(1, 5.0, "end", 0, "push", 3, 4, 0, 4, "failed", began=2.5, now_at=3),
+        Event(1, 5.0, "spent", 0, node=3, began=5.0),
+        Event(1, 6.0, "episode"),
+    ]
+    assert spans(events) == [
+        (0, 1.0, 2.0, "waits for a taken node"), (0, 2.0, 2.5, "waits"), (0, 2.5, 5.0, "pushes"),
+        (0, 5.0, 6.0, "stands still for good"),
+    ]  # fmt: skip
+
+
+def test_gini_coefficients() -> None:
+    from colonysim.plots.workload import gini
+
+    assert gini([3, 3, 3]) == gini([]) == gini([0, 0]) == 0.0
+    assert gini([0, 0, 0, 8]) == 0.75
+    assert gini([1, 2, 3, 4]) == gini([4, 2, 1, 3]) == pytest.approx(0.25)
+
+
+def test_boxes_are_counted_where_they_end(runs: dict[str, colonysim.Run]) -> None:
+    from colonysim.plots.fates import fates_figure
+    from colonysim.plots.replay import follow
+
+    run = runs["hard"]
+    axes = fates_figure(run).axes[0]
+    told = {(round(text.get_position()[1]), round(text.get_position()[0])): int(text.get_text()) for text in axes.texts}
+    assert sum(told.values()) == len(run.episodes) * len(run.scenario.boxes)
+    holes = [run.scenario.topology.ids[hole.node] for hole in run.scenario.holes]
+    for box in range(4):
+        for column, hole in enumerate(holes):
+            ended = sum(follow(run.scenario, run.events(e)).boxes[box][-1] == hole for e in (1, 2))
+            assert told.get((box, column), 0) == ended

@@ -15,7 +15,7 @@ from colonysim.errors import TraceError
 from colonysim.view import write_page
 from colonysim.view.content import gather
 from colonysim.view.packing import Block, unpack
-from colonysim.view.page import MODULES
+from colonysim.view.page import LIVE, MODULES, STILL
 
 ASSETS = Path(colonysim.view.__file__).parent / "assets"
 
@@ -74,7 +74,7 @@ def test_every_row_of_the_chosen_episodes_is_there(hard: colonysim.Run) -> None:
 def test_a_page_is_one_file_with_nothing_to_fetch(hard: colonysim.Run, tmp_path: Path) -> None:
     page = write_page(hard, tmp_path / "page.html")
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
-    assert sorted(MODULES) == sorted(path.stem for path in ASSETS.glob("*.js"))
+    assert sorted((*MODULES, *STILL, *LIVE)) == sorted(path.stem for path in ASSETS.glob("*.js"))
     text = page.read_text()
     assert not re.search(r"""(src|href)\s*=|url\(|@import|\bfetch\(|XMLHttpRequest|WebSocket|innerHTML""", text)
     assert "default-src 'none'" in text and "unsafe" not in text.split("</head>")[0]

@@ -9,12 +9,12 @@ import { readColours } from "./palette.js";
 import { describe, EventList, fill, make, nextEvent, seconds, showAgent } from "./panels.js";
 import { Replay } from "./replay.js";
 import { SceneView } from "./scene.js";
-import { unpack } from "./unpack.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 500];
 const EPISODE_SECONDS = 25; // how long an episode takes unless another speed is chosen
 const WORDS_PAUSE = 150; // milliseconds between two updates of what is written
 const BETWEEN = 700; // milliseconds from an episode's end to the next one
+const CATCH_UP = 500; // milliseconds in which the distance to a run under way shrinks to a third
 
 const byId = (id) => document.getElementById(id);
 
@@ -25,7 +25,7 @@ class Page {
     this.map = new MapView(run, this.replay, byId("ground"), byId("things"));
     this.view = this.map;
     this.agent = -1;
-    this.playing = false;
+    this.playing = this.following = false;
     this.field = null;
     this.keys = { hole: run.holes[0]?.[0] ?? -1, box: 0 };
     this.list = new EventList(byId("events"), run, this.replay, (row) => this.stepTo(row));
@@ -33,7 +33,7 @@ class Page {
     this.fillControls();
     this.listen();
     this.themed();
-    this.openEpisode(0);
+    this.openEpisode(run.live ? run.episodes.length - 1 : 0);
     requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -50,21 +50,37 @@ class Page {
 
   fillControls() {
     const { run } = this;
-    const reached = (success) => (success < 1 ? ` (${Math.round(100 * success)} %)` : "");
-    fill(byId("episode"), run.episodes.map(([number, , success], i) => [i, `Episode ${number}${reached(success)}`]));
+    this.fillEpisodes();
+    this.fillLayers();
     fill(byId("speed"), SPEEDS.map((speed) => [speed, `${speed}×`]));
     const longest = Math.max(...run.episodes.map((episode) => episode[4]));
     byId("speed").value = SPEEDS.find((speed) => longest / speed <= 1.6 * EPISODE_SECONDS) ?? SPEEDS.at(-1);
+    if (run.live) byId("speed").value = 5; // nobody knows yet how long an episode will be
     byId("agent").max = run.agents.node.length - 1;
+    byId("views").hidden = !run.bodies;
+    byId("live").hidden = !run.live;
+    drawScale(byId("legend-bar"));
+    fillHelp();
+  }
+
+  fillEpisodes() {
+    const select = byId("episode");
+    const reached = (success) => (success < 1 ? ` (${Math.round(100 * success)} %)` : "");
+    this.run.episodes.forEach(([number, , success, ended], i) => {
+      const text = `Episode ${number}${ended ? reached(success) : " …"}`;
+      const option = select.options[i] ?? select.appendChild(make("option", { value: i }));
+      if (option.textContent !== text) option.textContent = text;
+    });
+  }
+
+  fillLayers() {
+    const { run } = this;
     const order = ["D", "H", "B", "E"];
     const fields = [...run.fields].sort((a, b) => (order.indexOf(a) + 9) % 9 - (order.indexOf(b) + 9) % 9);
     byId("layers").replaceChildren(...[null, ...fields].map((field) => {
       const title = field ? titleOf(field) : "No pheromone";
-      return make("button", { "data-field": field ?? "", title, "aria-pressed": "false" }, field ?? "none");
+      return make("button", { "data-field": field ?? "", title, "aria-pressed": String(field === this.field) }, field ?? "none");
     }));
-    byId("views").hidden = !run.bodies;
-    drawScale(byId("legend-bar"));
-    fillHelp();
   }
 
   listen() {
@@ -78,7 +94,9 @@ class Page {
     byId("back").addEventListener("click", () => this.stepTo(nextEvent(this.run, this.replay, -1)));
     byId("on").addEventListener("click", () => this.stepTo(nextEvent(this.run, this.replay, 1)));
     byId("time").addEventListener("input", ({ target }) => this.seek(Number(target.value)));
-    byId("episode").addEventListener("change", ({ target }) => this.openEpisode(Number(target.value)));
+    byId("live").addEventListener("click", () => this.follow(!this.following));
+    byId("speed").addEventListener("change", () => this.follow(false));
+    byId("episode").addEventListener("change", ({ target }) => this.chooseEpisode(Number(target.value)));
     byId("agent").addEventListener("change", ({ target }) => {
       this.choose(target.value !== "" && target.checkValidity() ? Number(target.value) : -1);
     });
@@ -91,7 +109,7 @@ class Page {
     byId("zoom").addEventListener("click", ({ target }) => this.zoomBy(target.dataset.zoom));
     byId("theme").addEventListener("click", () => this.switchTheme());
     byId("ask").addEventListener("click", () => byId("help").showModal());
-    byId("results").addEventListener("click", (event) => this.openEpisode(episodeAt(event.target, this.run, event.offsetX)));
+    byId("results").addEventListener("click", (event) => this.chooseEpisode(episodeAt(event.target, this.run, event.offsetX)));
     document.addEventListener("keydown", (event) => this.key(event));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.themed());
     new ResizeObserver(() => this.resized()).observe(byId("stage"));
@@ -99,31 +117,44 @@ class Page {
 
   // -- time ------------------------------------------------------------------------------------------------------
 
+  chooseEpisode(index) {
+    this.follow(false);
+    this.openEpisode(index);
+  }
+
   openEpisode(index) {
     const { run } = this;
     if (!(index >= 0 && index < run.episodes.length)) return;
     this.replay.open(index);
     byId("episode").value = index;
-    byId("time").max = this.replay.duration;
     this.ended = 0;
-    const [number, steps, success, ended, simulated] = run.episodes[index];
-    const how = `success ${success.toFixed(2)}, ended with ${ended} after ${simulated.toFixed(1)} s`;
-    byId("result").textContent = `Episode ${number}: ${steps} steps, ${how}`;
-    byId("results").setAttribute("aria-label", `Steps (bars) and success (dots) by episode. ${byId("result").textContent}`);
-    drawResults(byId("results"), run, index, this.colours);
-    drawTicks(byId("ticks"), run, this.replay, this.colours);
+    this.sum();
     this.write();
   }
 
+  /** What is known of the shown episode as a whole. */
+  sum() {
+    const { run, replay } = this;
+    byId("time").max = replay.duration;
+    const [number, steps, success, ended, simulated] = run.episodes[replay.episode];
+    const how = ended ? `ended with ${ended} after ${simulated.toFixed(1)} s` : `under way for ${simulated.toFixed(1)} s`;
+    byId("result").textContent = `Episode ${number}: ${steps} steps, success ${success.toFixed(2)}, ${how}`;
+    byId("results").setAttribute("aria-label", `Steps (bars) and success (dots) by episode. ${byId("result").textContent}`);
+    drawResults(byId("results"), run, replay.episode, this.colours);
+    drawTicks(byId("ticks"), run, replay, this.colours);
+  }
+
   play(playing) {
-    if (playing && this.replay.time >= this.replay.duration) this.openEpisode((this.replay.episode + 1) % this.run.episodes.length);
+    if (playing && !this.following && this.replay.time >= this.replay.duration) this.openEpisode((this.replay.episode + 1) % this.run.episodes.length);
     this.playing = playing;
+    if (!playing) this.follow(false);
     byId("play").classList.toggle("going", playing);
     byId("play").setAttribute("aria-label", playing ? "Pause" : "Play");
     this.write();
   }
 
   seek(time) {
+    this.follow(false);
     this.replay.seek(time);
     this.write();
   }
@@ -156,14 +187,61 @@ class Page {
 
   advance(passed, now) {
     const { replay } = this;
+    if (this.following) {
+      this.keepUp(passed);
+      return;
+    }
     if (replay.time < replay.duration) {
       this.replay.seek(replay.time + passed * Number(byId("speed").value));
       return;
     }
+    if (!this.run.episodes[replay.episode][3] && this.run.status === "running") return; // there will be more
     this.ended ||= now;
     if (now - this.ended < BETWEEN) return;
     if (replay.episode + 1 < this.run.episodes.length) this.openEpisode(replay.episode + 1);
     else this.play(false);
+  }
+
+  // -- a run under way -------------------------------------------------------------------------------------------
+
+  /** Whether to stay with the newest there is; whatever else is asked for ends it. */
+  follow(following) {
+    const begins = following && !this.following;
+    this.following = following;
+    if (begins) this.play(true);
+    byId("live").setAttribute("aria-pressed", String(following));
+  }
+
+  /** Nears the newest moment whose actions are known: what somebody does is in the run once it is done. */
+  keepUp(passed) {
+    const { run, replay } = this;
+    const newest = run.episodes.length - 1;
+    const ended = run.episodes[replay.episode][3] || run.status !== "running";
+    const to = ended ? replay.duration : Math.max(replay.duration - replay.longest, 0);
+    if (replay.episode < newest - 1 || (ended && replay.episode < newest && replay.time >= to)) this.openEpisode(newest);
+    else if (replay.time < to) replay.seek(Math.min(to, replay.time + Math.max(passed, (to - replay.time) * (1 - Math.exp(-passed / CATCH_UP)))));
+    else if (run.status !== "running") this.play(false);
+  }
+
+  /** Takes note of what has been added to the run. */
+  grown() {
+    const { run, replay } = this;
+    replay.grown();
+    this.fillEpisodes();
+    if (byId("layers").children.length !== run.fields.length + 1) this.fillLayers();
+    byId("views").hidden = !run.bodies;
+    if (this.field) this.readLayer();
+    this.name();
+    this.sum();
+    this.write();
+  }
+
+  /** Says how it stands with the run itself. */
+  tell(text, over) {
+    const state = byId("state");
+    state.hidden = false;
+    if (state.textContent !== text) state.textContent = text;
+    byId("live").hidden = over;
   }
 
   // -- what is shown ---------------------------------------------------------------------------------------------
@@ -230,16 +308,25 @@ class Page {
       fill(byId("key-choice"), by === "hole" ? holes : Array.from(run.boxes.node, (_, box) => [box, box]));
       byId("key-choice").value = this.keys[by];
     }
-    this.layer = field ? layerOf(run, field, by ? this.keys[by] : -1) : null;
     byId("layer-note").textContent = field ? noteOf(field) : "What agents have left on the ground. Keys 1 to 5.";
     byId("legend").hidden = !field;
     if (field) {
       const of = by && `${by} ${by === "hole" ? run.nodes.id[this.keys.hole] : this.keys.box}`;
       byId("legend-name").textContent = by ? `${field}, ${of}` : titleOf(field);
+    }
+    press(byId("layers"), "field", field ?? "");
+    this.readLayer();
+  }
+
+  /** The values of the shown pheromone, and their scale. */
+  readLayer() {
+    const { run, field } = this;
+    const by = field && keyOf(run, field);
+    this.layer = field ? layerOf(run, field, by ? this.keys[by] : -1) : null;
+    if (field) {
       byId("legend-low").textContent = Number(this.layer.low.toPrecision(3));
       byId("legend-high").textContent = Number(this.layer.high.toPrecision(3));
     }
-    press(byId("layers"), "field", field ?? "");
     this.apply();
   }
 
@@ -328,8 +415,8 @@ class Page {
       " ": () => this.play(!this.playing),
       ArrowRight: () => this.stepTo(nextEvent(this.run, this.replay, 1)),
       ArrowLeft: () => this.stepTo(nextEvent(this.run, this.replay, -1)),
-      PageDown: () => this.openEpisode(this.replay.episode + 1),
-      PageUp: () => this.openEpisode(this.replay.episode - 1),
+      PageDown: () => this.chooseEpisode(this.replay.episode + 1),
+      PageUp: () => this.chooseEpisode(this.replay.episode - 1),
       Home: () => this.seek(0),
       End: () => this.seek(this.replay.duration),
       s: () => faster(1), S: () => faster(-1),
@@ -337,6 +424,7 @@ class Page {
       1: () => layer(0), 2: () => layer(1), 3: () => layer(2), 4: () => layer(3), 5: () => layer(4),
       "+": () => this.zoomBy("in"), "=": () => this.zoomBy("in"), "-": () => this.zoomBy("out"), 0: () => this.zoomBy("fit"),
       v: () => this.run.bodies && this.show(this.view === this.map ? "solid" : "map"),
+      l: () => this.run.live && this.run.status === "running" && this.follow(!this.following),
       t: () => this.switchTheme(),
       "?": () => byId("help").showModal(),
       Escape: () => this.choose(-1),
@@ -353,6 +441,7 @@ const KEYS = [
   ["Home, End", "start, end of the episode"], ["s, S", "faster, slower"], ["1 to 5", "no pheromone, or one of them"],
   ["a, A", "choose the next agent, the one before; Escape: none"], ["+ − 0", "zoom in, out, show all"],
   ["v", "map or 3D (runs with rigid bodies)"], ["t", "light or dark"],
+  ["l", "stay with a run under way, or not"],
 ];
 const SIGNS = [
   ["pink disc", "agent; a stroke: its steps are used up; a cross: lost"], ["blue square", "box; higher up: stacked"],
@@ -368,12 +457,13 @@ function fillHelp() {
   }
 }
 
-const data = byId("data");
-unpack(data.textContent).then((run) => {
-  data.remove();
+/** Shows a run. */
+export function start(run) {
   const page = new Page(run);
   page.showField(null);
   page.choose(-1);
+  if (run.live) page.follow(true);
   // For tests, benchmarks and the curious, who drive the page from outside.
   window.colonysim = Object.assign(page, { isBlocked });
-});
+  return page;
+}

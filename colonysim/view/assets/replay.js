@@ -54,7 +54,26 @@ export class Replay {
     this.seek(0);
   }
 
-  /** For each agent the events that end its actions, one agent after the other. */
+  /** Takes note of rows that were added to the run: of the shown episode they lie ahead. */
+  grown() {
+    const { events, deposits, slots } = this.run;
+    const passed = this.nextEnd.map((next, agent) => next - this.endsFirst[agent]);
+    this.last = events.first[this.episode + 1];
+    this.lastDeposit = deposits.first[this.episode + 1];
+    this.duration = Math.max(1, this.last > this.first ? events.time[this.last - 1] : 1);
+    this.indexEnds();
+    this.nextEnd.set(passed.map((count, agent) => this.endsFirst[agent] + count));
+    if (slots.field.length > this.values.length) {
+      const { values } = this;
+      this.values = new Float32Array(2 * slots.field.length).fill(NaN);
+      this.values.set(values);
+    }
+    this.choicesFirst = null;
+    this.markVersion++;
+    this.place();
+  }
+
+  /** For each agent the events that end its actions, one agent after the other; and how long the longest took. */
   indexEnds() {
     const { events } = this.run;
     const count = this.agentNode.length;
@@ -63,7 +82,12 @@ export class Replay {
     for (let agent = 0; agent < count; agent++) this.endsFirst[agent + 1] += this.endsFirst[agent];
     this.ends = new Int32Array(this.endsFirst[count]);
     const next = this.endsFirst.slice(0, count);
-    for (let i = this.first; i < this.last; i++) if (events.kind[i] === this.END) this.ends[next[events.agent[i]]++] = i;
+    this.longest = 0;
+    for (let i = this.first; i < this.last; i++) {
+      if (events.kind[i] !== this.END) continue;
+      this.ends[next[events.agent[i]]++] = i;
+      this.longest = Math.max(this.longest, events.took[i]);
+    }
     this.nextEnd = next;
   }
 

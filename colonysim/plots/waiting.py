@@ -1,0 +1,123 @@
+"""Waiting and blocking: what the agents did over an episode's time, and how long they waited in each."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, INK, QUIET, plain, title_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from colonysim.trace.reader import Run
+    from colonysim.trace.schema import Event
+
+__all__ = ["Span", "spans", "waiting_figure"]
+
+_STATES = ("pushes", "travels", "waits for a taken node", "waits", "left at the goal", "stands still for good")
+_COLOURS = (BOX, AGENT, "#E69F00", "#F0E442", GOAL, QUIET)
+_WAITS = _STATES[2:4]
+
+
+class Span(NamedTuple):
+    """What an agent did from one moment to another, simulated seconds."""
+
+    agent: int
+    begin: float
+    end: float
+    state: str
+
+
+def spans(events: Iterable[Event]) -> list[Span]:
+    """What each agent did in one episode, one span after the other; between two actions nothing lasts but waiting."""
+    found: list[Span] = []
+    open_ones: dict[int, tuple[float, str]] = {}
+
+    def close(agent: int, end: float) -> None:
+        begin, state = open_ones.pop(agent, (end, ""))
+        if end > begin:
+            found.append(Span(agent, begin, end, state))
+
+    for event in events:
+        if event.kind == "end":
+            close(event.agent, event.began)
+            state = _STATES[0] if event.action == "push" else _STATES[1]
+            found.append(Span(event.agent, event.began, event.time, state))
+        elif event.kind == "wait":
+            close(event.agent, event.time)
+            open_ones[event.agent] = event.time, _WAITS[0] if event.target >= 0 else _WAITS[1]
+        elif event.kind in ("goal", "spent", "lost"):
+            close(event.agent, event.time)
+            open_ones[event.agent] = event.time, _STATES[4] if event.kind == "goal" else _STATES[5]
+        elif event.kind == "episode":
+            for agent in list(open_ones):
+                close(agent, event.time)
+    return found
+
+
+def waiting_figure(run: Run, episode: int) -> Figure:
+    """Above, how many agents did what over the time of an episode; below, the share of waiting by episode."""
+    by_episode: dict[int, list[Event]] = defaultdict(list)
+    for event in run.events():
+        by_episode[event.episode].append(event)
+    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
+    figure.suptitle(title_of("Waiting and blocking", run), fontsize=11, color=INK)
+    above, below = figure.subplots(2, 1)
+    length = {result.episode: result.sim_seconds for result in run.episodes}
+    times, counts = _counts(spans(by_episode[episode]), length[episode])
+    kept = [i for i, state in enumerate(_STATES) if counts[state].any()]
+    above.stackplot(
+        times, [counts[_STATES[i]] for i in kept], step="post", colors=[_COLOURS[i] for i in kept],
+        labels=[_STATES[i] for i in kept], linewidth=0,
+    )  # fmt: skip
+    wrong = [event.time for event in by_episode[episode] if event.kind == "end" and event.status != "arrived"]
+    if wrong:
+        above.plot(wrong, [0] * len(wrong), "|", color=BLOCKED, markersize=9, label="did not arrive", clip_on=False)
+    plain(above, "simulated time [s]", "agents", f"episode {episode}")
+    above.set(xlim=(0, max(length[episode], 1e-9)), ylim=(0, len(run.scenario.agents)))
+    above.yaxis.set_major_locator(MaxNLocator(integer=True))
+    above.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+    numbers = [result.episode for result in run.episodes]
+    shares = _shares(by_episode, numbers)
+    bottom = np.zeros(len(numbers))
+    for state in (state for state in _WAITS if shares[state].any()):
+        below.bar(numbers, shares[state], bottom=bottom, color=_COLOURS[_STATES.index(state)], label=state, width=0.8)
+        bottom += shares[state]
+    plain(below, "episode", "time until the goal\nspent waiting [%]", "all episodes")
+    below.set_xlim(numbers[0] - 0.6, numbers[-1] + 0.6)
+    below.set_ylim(0, max(1.08 * float(bottom.max()), 1.0))
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if bottom.any():
+        below.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    else:
+        below.text(0.5, 0.5, "nobody waited", transform=below.transAxes, ha="center", fontsize=8, color=INK)
+    return figure
+
+
+def _counts(found: Sequence[Span], length: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """How many agents are in each state from each moment on at which that changes."""
+    times = np.unique([0.0, length, *(span.begin for span in found), *(span.end for span in found)])
+    counts = {state: np.zeros(len(times), dtype=np.int64) for state in _STATES}
+    for span in found:
+        counts[span.state][np.searchsorted(times, span.begin) : np.searchsorted(times, span.end)] += 1
+    for each in counts.values():  # the last moment belongs to what was before it
+        each[-1] = each[-2] if len(each) > 1 else 0
+    return times, counts
+
+
+def _shares(by_episode: Mapping[int, Sequence[Event]], numbers: Sequence[int]) -> dict[str, np.ndarray]:
+    """For each episode the waiting of all agents, per cent of their time under way."""
+    shares = {state: np.zeros(len(numbers)) for state in _WAITS}
+    for i, number in enumerate(numbers):
+        found = [span for span in spans(by_episode[number]) if span.state in _STATES[:4]]
+        whole = sum(span.end - span.begin for span in found)
+        for span in found:
+            if span.state in shares:
+                shares[span.state][i] += 100 * (span.end - span.begin) / whole
+    return shares
