@@ -40,6 +40,7 @@ HOT = (
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
     "colonysim/trace/writer.py",
+    "colonysim/world/sight.py",
     "colonysim/world/state.py",
 )
 

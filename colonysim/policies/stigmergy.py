@@ -172,11 +172,10 @@ class Stigmergy:
                 return rest
         trail = view.fields["H"]
         best, best_scent = -1, trail.at(at, hole)
-        for j, _ in view.ways(at):
-            if j != self._goal and view.can_slide(box, at, j) and view.can_follow(box, at, j):
-                scent = trail.at(j, hole)
-                if scent > best_scent:
-                    best, best_scent = j, scent
+        for j in view.pushes(box, self._goal):
+            scent = trail.at(j, hole)
+            if scent > best_scent:
+                best, best_scent = j, scent
         return (at, best) if best >= 0 else ()
 
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
@@ -196,9 +195,8 @@ class Stigmergy:
         scented: set[int] = set()
         if at == view.node or at in view.neighbours:
             trail = view.fields["H"]
-            for j, _ in view.ways(at):
-                if j != self._goal and view.can_slide(box, at, j) and view.can_follow(box, at, j):
-                    scented.update(trail.keys(j))
+            for j in view.pushes(box, self._goal):
+                scented.update(trail.keys(j))
         if memory.sought == box:
             scented.add(memory.hole)
         found, asked = [], at in (view.node, from_node)

@@ -93,11 +93,9 @@ class Strides:
         scenario, topology = world.scenario, world.topology
         self.goal, self.max_steps, self.reach = scenario.goal, scenario.max_steps, scenario.reach
         self.first, self.ends, self.lengths, self.rises = topology.edges
-        self.x, self.y = topology.x, topology.y
         self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
         self.reserved, self.agent_node, self.agent_from = world.reserved, world.agent_node, world.agent_from
-        self.agent_box, self.box_node, self.clear_requests = world.agent_box, world.box_node, world.clear_requests
-        self.sight = scenario.detection_radius * scenario.detection_radius
+        self.agent_box, self.clear_requests = world.agent_box, world.clear_requests
         distance, exploration = fields["D"], fields["E"]
         assert isinstance(distance, Distance) and isinstance(exploration, Exploration)
         self.d, self.official, self.known = distance.d, distance.official, distance.visited
@@ -107,6 +105,7 @@ class Strides:
         self.scale, self.shift = exploration.scale, exploration.shift
         # Without boxes B, and without holes H, have nothing to say.
         self.worth = fields["B"] if scenario.boxes else None
+        self.sight = world.sight if scenario.boxes else None
         self.trail = fields["H"] if scenario.holes else None
         self.beta = settings.beta
         timing = scenario.timing
@@ -137,9 +136,9 @@ class Strides:
             return self.hand_back(agent)
         if self.clear_requests:  # asked to make way, or to keep off a node
             return self.hand_back(agent)
-        if self.worth is not None:
+        if self.sight is not None:
             memory = self.memories[agent]
-            if memory.box >= 0 or memory.shunned >= 0 or self.sees_box(node):
+            if memory.box >= 0 or memory.shunned >= 0 or self.sight.sees_box(node):
                 return self.hand_back(agent)
         surface, occupant, holder, ends = self.surface, self.occupant, self.node_holder, self.ends
         options, level, reach, count = self.options, surface[node], self.reach, 0
@@ -191,15 +190,6 @@ class Strides:
                 if rest < 0.0:
                     chosen = i
         return chosen if chosen >= 0 else last
-
-    def sees_box(self, node: int) -> bool:
-        """Whether any box lies within the detection radius of a node."""
-        x, y = self.x[node], self.y[node]
-        for at in self.box_node:
-            dx, dy = self.x[at] - x, self.y[at] - y
-            if dx * dx + dy * dy <= self.sight:
-                return True
-        return False
 
     def crowding(self, node: int) -> float:
         """E of a node."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["ConformanceError", "Recorder", "frozen", "global_randomness", "same_traces", "world_state"]
 
 # Answers that the world keeps so as not to work them out twice; they say nothing about what is.
-_REMEMBERED = frozenset({"_holes_near", "_visible"})
+_REMEMBERED = frozenset({"_holes_near", "_sight"})
 
 
 class ConformanceError(ColonysimError):
