@@ -17,6 +17,7 @@ __all__ = ["HoleTrail"]
 
 # exp(-700) is the smallest trail that a float can still show; farther than that there is none.
 FARTHEST = 700.0
+NOWHERE = float("inf")
 
 
 class HoleTrail:
@@ -59,7 +60,7 @@ class HoleTrail:
         """-ln H: comparisons on it need no exponential, so they are the same on every processor."""
         trails = self._far.get(node)
         far = trails.get(hole) if trails else None
-        return far + self._aged if far is not None else float("inf")
+        return far + self._aged if far is not None else NOWHERE
 
     def keys(self, node: int) -> Sequence[int]:
         """The holes that have a trail at a node, ascending."""
@@ -87,13 +88,15 @@ class HoleTrail:
             if theirs:
                 for hole, far in theirs.items():
                     through = far + aged + length
-                    if through < found.get(hole, FARTHEST):
+                    best = found.get(hole)
+                    if through < (FARTHEST if best is None else best):
                         found[hole] = through
-        writes = []
+        writes: list[Write] = []
         for hole, far in found.items():
             if trails is None:
                 trails = self._far[node] = {}
-            if far < trails.get(hole, float("inf")) + aged:
+            old = trails.get(hole)
+            if old is None or far < old + aged:
                 trails[hole] = far - aged
                 writes.append(Write(node, hole, exp(-far)))
         return writes

@@ -304,8 +304,8 @@ class Stigmergy:
             beside = self._boxes_to_pass(view, memory)
             values += view.fields["D"].values(list(beside))
             nodes, boxes = (*nodes, *beside), (*boxes, *beside.values())
-        if not values:
-            return Choice(Wait(self._around(view)), memory)
+        if not values:  # whatever could give an idle agent something to do by changing
+            return Choice(Wait(view.around()), memory)
         chances = softmax(values, self.settings.beta)
         i = sample(chances, random)
         if i < len(options):
@@ -353,14 +353,6 @@ class Stigmergy:
         if not view.free(node) or (s.ask_to_clear and view.wanted(node)):
             return False
         return not (s.collision == "two_node" and view.crowded(node))
-
-    def _around(self, view: LocalView) -> tuple[int, ...]:
-        """What could give an idle agent something to do by changing: ways out of here, boxes and holes in sight."""
-        near = set(view.neighbours)
-        near.update(j for node in view.neighbours for j, _ in view.ways(node))
-        near.update(view.box_node(box) for box in view.boxes())
-        near.update(view.hole_node(hole) for hole in view.holes())
-        return tuple(sorted(near))
 
     def _causes(self, view: LocalView, nodes: Sequence[int]) -> tuple[int, ...]:
         """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""

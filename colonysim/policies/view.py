@@ -146,6 +146,10 @@ class LocalView:
         self._look_at(node)
         return [(j, length) for j, length, _ in self._world.topology.ways[node] if self.sees(j)]
 
+    def around(self) -> tuple[int, ...]:
+        """In order, the neighbours, those of theirs that are visible, and the nodes of the boxes and holes within R."""
+        return self._world.sight.around(self.node)
+
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""
         world = self._world

@@ -227,8 +227,11 @@ class Episode:
         world, view = self.world, self.views[agent]
         self._note_wait(agent, wait)
         event = self.woken[agent] = self.env.event()
+        watchers = self.watchers
         for node in wait.nodes:
-            self.watchers.setdefault(node, {})[agent] = None
+            if node not in watchers:
+                watchers[node] = {}
+            watchers[node][agent] = None
         if wait.seconds is not None:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
             timer = self.env.timeout(max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
@@ -246,7 +249,7 @@ class Episode:
         yield event
         del self.woken[agent]
         for node in wait.nodes:
-            self.watchers[node].pop(agent, None)
+            watchers[node].pop(agent, None)
         view.waited += (self.now - since) / view.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
@@ -400,6 +403,9 @@ class Episode:
     def _deposit(
         self, moment: Moment, agent: int, box: int = -1, hole: int = -1, left: int = -1, before: int = -1
     ) -> None:
+        if self.strides is not None:
+            self.strides.mark(moment, agent, box, hole, left, before)
+            return
         world, visit = self.world, self.visit
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)

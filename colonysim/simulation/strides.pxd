@@ -10,9 +10,9 @@ cdef double UNKNOWN
 cdef class Strides:
     cdef int goal, max_steps
     cdef double reach, d_max, scale, shift, beta, fixed, pace, jitter
-    cdef bint lrta, blank
+    cdef bint lrta, blank, marks_waits
     cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, target, ways, options
-    cdef double[::1] lengths, rises, surface, d, straight, stored, epsilon, began, chances
+    cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
     cdef list reserved, jitters, memories, views, draw, steps
     cdef dict clear_requests
@@ -39,8 +39,11 @@ cdef class Strides:
     @cython.locals(took=double)
     cdef double seconds(self, int agent, int i, int j, double length)
 
-    @cython.locals(origin=int, node=int, before=int, level=double)
+    @cython.locals(origin=int, node=int, before=int)
     cpdef tuple arrive(self, int agent)
+
+    @cython.locals(node=int, held=int, level=double, stays=cython.bint, rows=Rows)
+    cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
 
     @cython.locals(
         d="double[::1]", official="unsigned char[::1]", surface="double[::1]", reach=double, best=double, best_official=double,

@@ -7,8 +7,8 @@ cdef class Sight:
     cdef long long look, search
     cdef double reach, slack, limit
     cdef double[::1] x, y, lengths, rises, surface, box_base, far, heap_far
-    cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node
-    cdef int[::1] cell, members_first, members, around_first, around
+    cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at
+    cdef int[::1] cell, members_first, members, beside_first, beside
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
     cdef list box_claim
@@ -26,6 +26,9 @@ cdef class Sight:
     cpdef bint sees_box(self, int node)
     @cython.locals(k=int, found=list)
     cpdef list boxes(self, int node)
+
+    @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
+    cpdef tuple around(self, int node)
 
     @cython.locals(at=int, base=double, way=int, j=int, found=list)
     cpdef list pushes(self, int node, int box, int barred)

@@ -60,7 +60,7 @@ class Sight:
         for node, (x, y) in enumerate(zip(self.x, self.y, strict=True)):
             cells.setdefault((int(x // side), int(y // side)), []).append(node)
         number = {cell: k for k, cell in enumerate(cells)}
-        around = [
+        beside = [
             [number[i, j] for i in range(column - 1, column + 2) for j in range(row - 1, row + 2) if (i, j) in number]
             for column, row in cells
         ]
@@ -71,15 +71,15 @@ class Sight:
                 self.cell[node] = k
         self.members_first = array("i", accumulate(map(len, members), initial=0))
         self.members = array("i", chain.from_iterable(members))
-        self.around_first = array("i", accumulate(map(len, around), initial=0))
-        self.around = array("i", chain.from_iterable(around))
-        return max((sum(len(members[k]) for k in near) for near in around), default=0)
+        self.beside_first = array("i", accumulate(map(len, beside), initial=0))
+        self.beside = array("i", chain.from_iterable(beside))
+        return max((sum(len(members[k]) for k in near) for near in beside), default=0)
 
     def bind(self, world: World) -> None:
         """Reads a world's arrays from now on."""
         self.surface, self.top = world.surface, world.top
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
-        self.stacks = world.stacks
+        self.stacks, self.hole_at = world.stacks, world.hole_at
 
     def __deepcopy__(self, memo: object) -> None:
         """None: a copied world makes its own, over its own arrays."""
@@ -94,8 +94,8 @@ class Sight:
         self.look += 1
         x, y, limit, look, count = self.x[node], self.y[node], self.limit, self.look, 0
         near, seen, cell = self.near, self.seen, self.cell[node]
-        for k in range(self.around_first[cell], self.around_first[cell + 1]):
-            other = self.around[k]
+        for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
+            other = self.beside[k]
             for m in range(self.members_first[other], self.members_first[other + 1]):
                 j = self.members[m]
                 dx, dy = self.x[j] - x, self.y[j] - y
@@ -115,8 +115,8 @@ class Sight:
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within the radius of `node`."""
         x, y, limit, cell = self.x[node], self.y[node], self.limit, self.cell[node]
-        for k in range(self.around_first[cell], self.around_first[cell + 1]):
-            other = self.around[k]
+        for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
+            other = self.beside[k]
             for m in range(self.members_first[other], self.members_first[other + 1]):
                 j = self.members[m]
                 if self.top[j] >= 0:
@@ -134,6 +134,29 @@ class Sight:
                 found += self.stacks[self.near[k]]
         found.sort()
         return found
+
+    def around(self, node: int) -> tuple[int, ...]:
+        """In order, the neighbours of `node`, theirs that are in sight, and the nodes of boxes and holes near."""
+        self.turn(node)
+        look, found = self.look, []
+        self.search += 1
+        for way in range(self.first[node], self.first[node + 1]):
+            i = self.ends[way]
+            if self.reached[i] != self.search:
+                self.reached[i] = self.search
+                found.append(i)
+            for onward in range(self.first[i], self.first[i + 1]):
+                j = self.ends[onward]
+                if self.seen[j] == look and self.reached[j] != self.search:
+                    self.reached[j] = self.search
+                    found.append(j)
+        for k in range(self.within):
+            j = self.near[k]
+            if (self.top[j] >= 0 or self.hole_at[j] >= 0) and self.reached[j] != self.search:
+                self.reached[j] = self.search
+                found.append(j)
+        found.sort()
+        return tuple(found)
 
     # -- ways ------------------------------------------------------------------------------------------------------
 

@@ -87,7 +87,7 @@ class World:
         self.scenario = scenario
         self.topology = scenario.topology
         size = len(scenario.topology)
-        self.hole_at = [-1] * size
+        self.hole_at = array("i", [-1]) * size
         self._hole_cells = Cells(scenario.detection_radius, self.topology.x, self.topology.y)
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
