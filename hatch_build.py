@@ -17,6 +17,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 HOT = (
     "colonysim/backends/action.py",
     "colonysim/backends/bullet.py",
+    "colonysim/backends/nodeworld.py",
     "colonysim/backends/traffic.py",
     "colonysim/exact.py",
     "colonysim/pheromones/box.py",

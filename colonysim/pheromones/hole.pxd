@@ -1,12 +1,14 @@
 # The types of hole.py when it is compiled.
 cimport cython
 from colonysim.exact cimport exp
+from colonysim.world.state cimport World
 
 cdef double FARTHEST, NOWHERE
 
 
 cdef class HoleTrail:
-    cdef object _world
+    cdef object _best, _found
+    cdef World _world
     cdef double _keep, _aged
     cdef bint _printed, _everywhere
     cdef dict _far
@@ -15,5 +17,8 @@ cdef class HoleTrail:
     cpdef double at(self, int node, int key=*)
     @cython.locals(trails=dict)
     cpdef double farness(self, int node, int hole)
-    @cython.locals(world=object, aged=double, trails=dict, theirs=dict, found=dict, writes=list, length=double, far=double, through=double)
+    @cython.locals(
+        world=World, aged=double, trails=dict, theirs=dict, best="double[::1]", found="int[::1]", count=int, hole=int, length=double,
+        far=double, through=double, k=int, writes=list,
+    )
     cdef list _update(self, int node, double level)

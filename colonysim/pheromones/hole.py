@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING, Literal
 
 from colonysim.exact import exp, log
@@ -50,6 +51,9 @@ class HoleTrail:
         self._everywhere = everywhere
         self._far: dict[int, dict[int, float]] = {}
         self._aged = 0.0
+        # For an update: the least by hole, FARTHEST where there is none, and the holes that have one.
+        holes = len(world.scenario.holes)
+        self._best, self._found = array("d", [FARTHEST]) * holes, array("i", [0]) * holes
 
     def at(self, node: int, key: int = -1) -> float:
         """H of the hole `key` at a node, 0 where there is no trail."""
@@ -80,21 +84,29 @@ class HoleTrail:
     def _update(self, node: int, level: float) -> list[Write]:
         if self._printed:
             return self._update_as_printed(node, level)
-        world, aged = self._world, self._aged
-        trails = self._far.get(node)
-        found: dict[int, float] = dict.fromkeys(world.holes_near(node), 0.0)
+        world, aged, trails = self._world, self._aged, self._far.get(node)
+        best, found, count = self._best, self._found, 0
+        for hole in world.holes_near(node):
+            best[hole], found[count] = 0.0, hole
+            count += 1
         for j, length in world.ways(level, node):
             theirs = self._far.get(j)
             if theirs:
                 for hole, far in theirs.items():
                     through = far + aged + length
-                    best = found.get(hole)
-                    if through < (FARTHEST if best is None else best):
-                        found[hole] = through
+                    if through < best[hole]:
+                        if best[hole] == FARTHEST:
+                            found[count] = hole
+                            count += 1
+                        best[hole] = through
         writes: list[Write] = []
-        for hole, far in found.items():
-            if trails is None:
-                trails = self._far[node] = {}
+        if trails is None:
+            if not count:
+                return writes
+            trails = self._far[node] = {}
+        for k in range(count):
+            hole = found[k]
+            far, best[hole] = best[hole], FARTHEST
             old = trails.get(hole)
             if old is None or far < old + aged:
                 trails[hole] = far - aged

@@ -315,7 +315,7 @@ class Stigmergy:
             intent = Push(boxes[i], nodes[i], -1)
             memory = Memory(memory.epsilon, shunned=boxes[i], shunned_at=nodes[i])
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
-            intent, memory = self._claim(view, memory, box, *target[1:])
+            intent, memory = self._claim(view, memory, box, target[1], target[2])
         else:
             intent = Travel(towards)
             if self.settings.errands:

@@ -114,10 +114,10 @@ class LocalView:
 
     def sees(self, node: int) -> bool:
         """Whether a node lies within R or next to the agent."""
-        return self._world.sight.sees(self.node, node)
+        return self._world.sight().sees(self.node, node)
 
     def _look_at(self, node: int) -> None:
-        if not self._world.sight.sees(self.node, node):
+        if not self._world.sight().sees(self.node, node):
             raise OutOfSightError(f"node {node} is out of sight from node {self.node}")
 
     def position(self, node: int) -> tuple[float, float]:
@@ -148,7 +148,7 @@ class LocalView:
 
     def around(self) -> tuple[int, ...]:
         """In order, the neighbours, those of theirs that are visible, and the nodes of the boxes and holes within R."""
-        return self._world.sight.around(self.node)
+        return self._world.sight().around(self.node)
 
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""
@@ -201,7 +201,7 @@ class LocalView:
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
 
-    def boxes(self) -> Sequence[int]:
+    def boxes(self) -> list[int]:
         """The boxes within R, ascending."""
         return self._world.boxes_near(self.node)
 
@@ -240,7 +240,7 @@ class LocalView:
         level = world.level(self.agent) if node == self.node else world.surface[node]
         return world.graspable(self.agent, box, level, node)
 
-    def holes(self) -> Sequence[int]:
+    def holes(self) -> tuple[int, ...]:
         """The keys of the holes within R, ascending."""
         return self._world.holes_near(self.node)
 
@@ -280,7 +280,7 @@ class LocalView:
         base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
         return world.passable(base, i, j)
 
-    def pushes(self, box: int, barred: int = -1) -> Sequence[int]:
+    def pushes(self, box: int, barred: int = -1) -> list[int]:
         """The visible nodes beside a visible box that it could be pushed to with its pusher staying level with it.
 
         Args:
@@ -288,7 +288,7 @@ class LocalView:
             barred: A node to leave out, or -1.
         """
         self.box_node(box)
-        return self._world.sight.pushes(self.node, box, barred)
+        return self._world.sight().pushes(self.node, box, barred)
 
     def nearest_box(self, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
         """The closest box by path that the agent could hold (paper Algorithm 4).
@@ -301,7 +301,7 @@ class LocalView:
             The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
         """
         world = self._world
-        return world.sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
+        return world.sight().nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
 
     def way_to_hole(
         self, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
@@ -318,7 +318,7 @@ class LocalView:
             The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
         """
         self.box_node(box)
-        return self._world.sight.way_to(self.node, box, self.hole_node(hole), barred, avoided)
+        return self._world.sight().way_to(self.node, box, self.hole_node(hole), barred, avoided)
 
     def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
         """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""

@@ -106,7 +106,7 @@ class Strides:
         self.marks_waits = settings.exploration_on_wait
         # Without boxes B, and without holes H, have nothing to say.
         self.worth = fields["B"] if scenario.boxes else None
-        self.sight = world.sight if scenario.boxes else None
+        self.sight = world.sight() if scenario.boxes else None
         self.trail = fields["H"] if scenario.holes else None
         self.beta = settings.beta
         timing = scenario.timing

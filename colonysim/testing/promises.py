@@ -92,7 +92,7 @@ def world_state(world: World) -> dict[str, Any]:
     """Everything in a world that can change, by attribute."""
     names = (name for name in type(world).__slots__ if name not in {"scenario", "topology", *_REMEMBERED})
     # A change to a cache of positions shows in the positions themselves.
-    return {name: repr(getattr(world, name)) for name in names if not name.endswith(("_near", "_cells"))}
+    return {name: repr(getattr(world, name)) for name in names if not name.endswith("_near")}
 
 
 @contextmanager

@@ -18,7 +18,7 @@ cdef class Sight:
         x=double, y=double, dx=double, dy=double, limit=double, look="long long", count=int, near="int[::1]", seen="long long[::1]",
         cell=int, k=int, other=int, m=int, j=int, way=int,
     )
-    cdef void turn(self, int node)
+    cdef void turn(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
     @cython.locals(
         x=double, y=double, dx=double, dy=double, limit=double, cell=int, k=int, other=int, m=int, j=int,
@@ -27,13 +27,15 @@ cdef class Sight:
     @cython.locals(k=int, found=list)
     cpdef list boxes(self, int node)
 
+    @cython.locals(k=int, found=list)
+    cpdef tuple holes(self, int node)
     @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
     cpdef tuple around(self, int node)
 
     @cython.locals(at=int, base=double, way=int, j=int, found=list)
     cpdef list pushes(self, int node, int box, int barred)
-    cdef bint slides(self, double base, int way)
-    cdef bint follows(self, double level, int way)
+    cdef bint slides(self, double base, int way) noexcept
+    cdef bint follows(self, double level, int way) noexcept
 
     @cython.locals(
         search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double,
@@ -43,14 +45,14 @@ cdef class Sight:
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
     @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)
-    cdef bint earlier(self, int i, int k, int j)
+    cdef bint earlier(self, int i, int k, int j) noexcept
     @cython.locals(place=int)
     cdef tuple traced(self, int node)
     @cython.locals(count=int, i=int, place=int)
-    cdef int trace(self, int node, int[::1] way)
+    cdef int trace(self, int node, int[::1] way) noexcept
 
-    cdef long long start(self, int node)
+    cdef long long start(self, int node) noexcept
     @cython.locals(heap_far="double[::1]", heap_node="int[::1]", place=int, above=int)
-    cdef void offer(self, double far, int node, int via)
+    cdef void offer(self, double far, int node, int via) noexcept
     @cython.locals(heap_far="double[::1]", heap_node="int[::1]", count=int, place=int, far=double, node=int, below=int)
-    cdef void pop(self)
+    cdef void pop(self) noexcept

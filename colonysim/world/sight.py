@@ -135,6 +135,13 @@ class Sight:
         found.sort()
         return found
 
+    def holes(self, node: int) -> tuple[int, ...]:
+        """The keys of the holes within the radius of `node`, ascending."""
+        self.turn(node)
+        found = [self.hole_at[self.near[k]] for k in range(self.within) if self.hole_at[self.near[k]] >= 0]
+        found.sort()
+        return tuple(found)
+
     def around(self, node: int) -> tuple[int, ...]:
         """In order, the neighbours of `node`, theirs that are in sight, and the nodes of boxes and holes near."""
         self.turn(node)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.world.intents import Push
 from colonysim.world.sight import SAME_HEIGHT, Sight
-from colonysim.world.space import Cells
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -59,7 +58,6 @@ class World:
     """
 
     __slots__ = (
-        "_hole_cells",
         "_holes_near",
         "_sight",
         "agent_box",
@@ -88,10 +86,8 @@ class World:
         self.topology = scenario.topology
         size = len(scenario.topology)
         self.hole_at = array("i", [-1]) * size
-        self._hole_cells = Cells(scenario.detection_radius, self.topology.x, self.topology.y)
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
-            self._hole_cells.put(key, hole.node)
         self._holes_near: dict[int, tuple[int, ...]] = {}
         self._sight: Sight | None = None
         self.reset()
@@ -135,10 +131,9 @@ class World:
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
-        rises = self.topology.rises
+        rises, surface, reach = self.topology.rises, self.surface[j], self.scenario.reach
         rise = rises.get((i, j), 0.0) if rises else 0.0
-        reach = self.scenario.reach
-        return -reach < self.surface[j] - level - rise < reach
+        return -reach < surface - level - rise < reach
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
@@ -153,12 +148,11 @@ class World:
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        occupant, holder, nobody = self.occupant, self.node_holder, (-1, agent)
         surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
         return [
             j
             for j, _, rise in self.topology.ways[self.agent_node[agent]]
-            if -reach < surface[j] - level - rise < reach and occupant[j] in nobody and holder[j] in nobody
+            if -reach < surface[j] - level - rise < reach and self.free(agent, j)
         ]
 
     def top_box(self, node: int) -> int:
@@ -170,8 +164,8 @@ class World:
 
         The box must be on top, unclaimed and its base level with the agent.
         """
-        at = self.box_node[box]
-        if self.top[at] != box or self.box_claim[box] not in (-1, agent):
+        at, claim = self.box_node[box], self.box_claim[box]
+        if self.top[at] != box or (claim != -1 and claim != agent):
             return False
         rises = self.topology.rises
         rise = rises.get((node, at), 0.0) if rises else 0.0
@@ -195,13 +189,13 @@ class World:
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
-        return self.occupant[node] in (-1, agent) and self.node_holder[node] in (-1, agent)
+        occupant, holder = self.occupant[node], self.node_holder[node]
+        return (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent)
 
     def holder(self, place: Place) -> int:
         """The agent that has reserved a node or an edge, or -1."""
         return self.node_holder[place] if isinstance(place, int) else self.edge_holder.get(place, -1)
 
-    @property
     def sight(self) -> Sight:
         """What can be seen from a node; made when first asked for."""
         if self._sight is None:
@@ -211,13 +205,15 @@ class World:
 
     def boxes_near(self, node: int) -> list[int]:
         """The boxes within the detection radius of `node`, ascending."""
-        return self.sight.boxes(node)
+        return self.sight().boxes(node) if self.scenario.boxes else []
 
     def holes_near(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the detection radius of `node`, ascending."""
+        if not self.scenario.holes:
+            return ()
         near = self._holes_near.get(node)
         if near is None:
-            near = self._holes_near[node] = tuple(self._hole_cells.near(node))
+            near = self._holes_near[node] = self.sight().holes(node)
         return near
 
     def seated(self) -> int:
