@@ -83,6 +83,7 @@ class Episode:
         self.limit = inf if world.scenario.time_limit is None else world.scenario.time_limit
         self.watchers: dict[int, dict[int, None]] = {}
         self.woken: dict[int, simpy.Event] = {}
+        self.asks: dict[int, int] = {}
         self.pending: dict[int, simpy.Event] = {}
         self.clock_wanted: simpy.Event | None = None
         self.visit = Visit()
@@ -241,7 +242,7 @@ class Episode:
             # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
             # would not stop otherwise.
             if wait.clear >= 0 and wait.clear not in world.clear_requests:
-                world.clear_requests[wait.clear] = agent
+                world.clear_requests[wait.clear], self.asks[agent] = agent, wait.clear
                 addressee = self.woken.get(world.occupant[wait.clear])
                 if addressee is not None:
                     _trigger(addressee)
@@ -254,8 +255,8 @@ class Episode:
 
     def _withdraw_request(self, agent: int) -> None:
         """Asks for no node any more; who kept off it may go there now."""
-        requests = self.world.clear_requests
-        for node in [node for node, asker in requests.items() if asker == agent]:
+        requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
+        if requests.get(node) == agent:
             del requests[node]
             self._wake((node,))
 
@@ -309,8 +310,10 @@ class Episode:
                     self._settle(agent, moving[agent], outcome, began)
                 else:
                     self.steps[agent] += 1
-                    if isinstance(choice.intent, Wait) and choice.intent.clear >= 0:
-                        self.world.clear_requests.setdefault(choice.intent.clear, agent)
+                    intent = choice.intent
+                    if isinstance(intent, Wait) and intent.clear >= 0:
+                        if self.world.clear_requests.setdefault(intent.clear, agent) == agent:
+                            self.asks[agent] = intent.clear
 
     def _tick_waits(self, agent: int, wait: Wait) -> None:
         self._note_wait(agent, wait)
