@@ -260,7 +260,7 @@ class Stigmergy:
 
     def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
         """Weighs B of the nearest box against D of the neighbours."""
-        seen = nearest_box(view, (memory.shunned,), self._goal) if view.boxes() else None
+        seen = nearest_box(view, (memory.shunned,), self._goal)
         if seen is None:
             return self._follow_distance(view, memory, random, options, -1, -1, None)
         box, first = seen

@@ -301,6 +301,8 @@ class LocalView:
             The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
         """
         world = self._world
+        if not world.scenario.boxes:
+            return None
         return world.sight().nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
 
     def way_to_hole(

@@ -310,10 +310,9 @@ class Episode:
                     self._settle(agent, moving[agent], outcome, began)
                 else:
                     self.steps[agent] += 1
-                    intent = choice.intent
-                    if isinstance(intent, Wait) and intent.clear >= 0:
-                        if self.world.clear_requests.setdefault(intent.clear, agent) == agent:
-                            self.asks[agent] = intent.clear
+                    clear = choice.intent.clear if isinstance(choice.intent, Wait) else -1
+                    if clear >= 0 and self.world.clear_requests.setdefault(clear, agent) == agent:
+                        self.asks[agent] = clear
 
     def _tick_waits(self, agent: int, wait: Wait) -> None:
         self._note_wait(agent, wait)
