@@ -82,7 +82,7 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
             compression="snappy",
             use_dictionary=texts,
             write_statistics=False,
-            # What a part takes on its way to disk is given back, and small: a run's memory does not grow with its steps.
+            # What a part takes on its way to disk is little and given back: memory does not grow with a run's steps.
             row_group_size=ROWS_IN_GROUP,
             memory_pool=pa.system_memory_pool(),
         )
