@@ -17,8 +17,13 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 HOT = (
     "colonysim/backends/action.py",
     "colonysim/backends/bullet.py",
+    "colonysim/backends/nodeworld.py",
     "colonysim/backends/traffic.py",
     "colonysim/exact.py",
+    "colonysim/pheromones/box.py",
+    "colonysim/pheromones/distance.py",
+    "colonysim/pheromones/exploration.py",
+    "colonysim/pheromones/hole.py",
     "colonysim/physics/bullet.py",
     "colonysim/physics/robot.py",
     "colonysim/physics/scene.py",
@@ -40,6 +45,7 @@ HOT = (
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
     "colonysim/trace/writer.py",
+    "colonysim/world/sight.py",
     "colonysim/world/state.py",
 )
 

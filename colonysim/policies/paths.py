@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
 from typing import TYPE_CHECKING, TypeAlias
@@ -19,78 +18,15 @@ Way: TypeAlias = tuple[int, ...]
 
 
 def nearest_box(view: LocalView, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
-    """The closest box by path that the agent could hold (paper Algorithm 4).
-
-    Args:
-        view: What the agent sees.
-        shunned: Boxes to leave out.
-        barred: A node that no way may lead over (the goal: who comes there leaves), or -1.
-
-    Returns:
-        The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
-    """
-    at: dict[int, int] = {}
-    for box in view.boxes():
-        if box not in shunned and view.on_top(box):
-            at[view.box_node(box)] = box
-    if not at:
-        return None
-    beside: dict[int, list[tuple[int, float]]] = {}
-    for j in at:
-        for node, length in view.ways(j):
-            beside.setdefault(node, []).append((j, length))
-    start = view.node
-    queue: list[tuple[float, int, int, int]] = [(0.0, start, -1, -1)]
-    done: set[int] = set()
-    while queue:
-        far, node, first, box = heapq.heappop(queue)
-        if box >= 0:
-            return box, first
-        if node in done:
-            continue
-        done.add(node)
-        if node == start and start in at and view.graspable_from(start, at[start]):
-            return at[start], start
-        for j, length in beside.get(node, ()):
-            if view.graspable_from(node, at[j]):
-                heapq.heappush(queue, (far + length, j, j if node == start else first, at[j]))
-        for j, length in view.open_ways(node):
-            if j not in done and j != barred:
-                heapq.heappush(queue, (far + length, j, j if node == start else first, -1))
-    return None
+    """`LocalView.nearest_box`: the box and the first node on the way to it, or None (paper Algorithm 4)."""
+    return view.nearest_box(shunned, barred)
 
 
 def way_to_hole(
     view: LocalView, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
 ) -> Way:
-    """The shortest way over which a visible box could be pushed into a visible hole.
-
-    Args:
-        view: What the agent sees.
-        box: The box.
-        hole: The hole's key.
-        barred: A node that the way may not lead over (the goal: the pusher would leave there), or -1.
-        avoided: Pushes (from, to) that the way shall do without.
-
-    Returns:
-        The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
-    """
-    start, end = view.box_node(box), view.hole_node(hole)
-    queue: list[tuple[float, int, Way]] = [(0.0, start, (start,))]
-    done: set[int] = set()
-    while queue:
-        far, node, way = heapq.heappop(queue)
-        if node == end:
-            return way if node != start else ()
-        if node in done:
-            continue
-        done.add(node)
-        for j, length in view.ways(node):
-            if j in done or j == barred or (node, j) in avoided or not view.can_slide(box, node, j):
-                continue
-            if j == end or view.can_follow(box, node, j):
-                heapq.heappush(queue, (far + length, j, (*way, j)))
-    return ()
+    """`LocalView.way_to_hole`: the shortest way over which a visible box could be pushed into a visible hole."""
+    return view.way_to_hole(box, hole, barred, avoided)
 
 
 def likely_way(

@@ -172,11 +172,10 @@ class Stigmergy:
                 return rest
         trail = view.fields["H"]
         best, best_scent = -1, trail.at(at, hole)
-        for j, _ in view.ways(at):
-            if j != self._goal and view.can_slide(box, at, j) and view.can_follow(box, at, j):
-                scent = trail.at(j, hole)
-                if scent > best_scent:
-                    best, best_scent = j, scent
+        for j in view.pushes(box, self._goal):
+            scent = trail.at(j, hole)
+            if scent > best_scent:
+                best, best_scent = j, scent
         return (at, best) if best >= 0 else ()
 
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
@@ -196,9 +195,8 @@ class Stigmergy:
         scented: set[int] = set()
         if at == view.node or at in view.neighbours:
             trail = view.fields["H"]
-            for j, _ in view.ways(at):
-                if j != self._goal and view.can_slide(box, at, j) and view.can_follow(box, at, j):
-                    scented.update(trail.keys(j))
+            for j in view.pushes(box, self._goal):
+                scented.update(trail.keys(j))
         if memory.sought == box:
             scented.add(memory.hole)
         found, asked = [], at in (view.node, from_node)
@@ -262,7 +260,7 @@ class Stigmergy:
 
     def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
         """Weighs B of the nearest box against D of the neighbours."""
-        seen = nearest_box(view, (memory.shunned,), self._goal) if view.boxes() else None
+        seen = nearest_box(view, (memory.shunned,), self._goal)
         if seen is None:
             return self._follow_distance(view, memory, random, options, -1, -1, None)
         box, first = seen
@@ -306,8 +304,8 @@ class Stigmergy:
             beside = self._boxes_to_pass(view, memory)
             values += view.fields["D"].values(list(beside))
             nodes, boxes = (*nodes, *beside), (*boxes, *beside.values())
-        if not values:
-            return Choice(Wait(self._around(view)), memory)
+        if not values:  # whatever could give an idle agent something to do by changing
+            return Choice(Wait(view.around()), memory)
         chances = softmax(values, self.settings.beta)
         i = sample(chances, random)
         if i < len(options):
@@ -317,7 +315,7 @@ class Stigmergy:
             intent = Push(boxes[i], nodes[i], -1)
             memory = Memory(memory.epsilon, shunned=boxes[i], shunned_at=nodes[i])
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
-            intent, memory = self._claim(view, memory, box, *target[1:])
+            intent, memory = self._claim(view, memory, box, target[1], target[2])
         else:
             intent = Travel(towards)
             if self.settings.errands:
@@ -355,14 +353,6 @@ class Stigmergy:
         if not view.free(node) or (s.ask_to_clear and view.wanted(node)):
             return False
         return not (s.collision == "two_node" and view.crowded(node))
-
-    def _around(self, view: LocalView) -> tuple[int, ...]:
-        """What could give an idle agent something to do by changing: ways out of here, boxes and holes in sight."""
-        near = set(view.neighbours)
-        near.update(j for node in view.neighbours for j, _ in view.ways(node))
-        near.update(view.box_node(box) for box in view.boxes())
-        near.update(view.hole_node(hole) for hole in view.holes())
-        return tuple(sorted(near))
 
     def _causes(self, view: LocalView, nodes: Sequence[int]) -> tuple[int, ...]:
         """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from colonysim.backends.protocol import Backend, FeasibleWay
     from colonysim.pheromones.field import Field
@@ -87,7 +87,7 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_visible", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours",
+        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours",
         "node", "radius", "refused", "waited",
     )  # fmt: skip
 
@@ -104,24 +104,20 @@ class LocalView:
         self.failures = 0
         self.node = world.agent_node[agent]
         self.neighbours = world.topology.neighbours[self.node]
-        self._visible: frozenset[int] | None = None
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
         self.node = self._world.agent_node[self.agent]
         self.neighbours = self._world.topology.neighbours[self.node]
-        self._visible = None
 
     # -- the place -------------------------------------------------------------------------------------------------
 
     def sees(self, node: int) -> bool:
         """Whether a node lies within R or next to the agent."""
-        if self._visible is None:
-            self._visible = self._world.visible(self.node)
-        return node in self._visible
+        return self._world.sight().sees(self.node, node)
 
     def _look_at(self, node: int) -> None:
-        if node not in (self._visible or self._world.visible(self.node)):
+        if not self._world.sight().sees(self.node, node):
             raise OutOfSightError(f"node {node} is out of sight from node {self.node}")
 
     def position(self, node: int) -> tuple[float, float]:
@@ -148,15 +144,11 @@ class LocalView:
     def ways(self, node: int) -> Sequence[tuple[int, float]]:
         """The neighbours of a visible node that are visible themselves, with the lengths of the edges."""
         self._look_at(node)
-        seen = self._visible or self._world.visible(self.node)
-        return [(j, length) for j, length, _ in self._world.topology.ways[node] if j in seen]
+        return [(j, length) for j, length, _ in self._world.topology.ways[node] if self.sees(j)]
 
-    def open_ways(self, node: int) -> Sequence[tuple[int, float]]:
-        """Those of `ways` that the surface of the node leads to; of the own node, those the agent could travel."""
-        self._look_at(node)
-        world, seen = self._world, self._visible or self._world.visible(self.node)
-        level = world.level(self.agent) if node == self.node else world.surface[node]
-        return [way for way in world.ways(level, node) if way[0] in seen]
+    def around(self) -> tuple[int, ...]:
+        """In order, the neighbours, those of theirs that are visible, and the nodes of the boxes and holes within R."""
+        return self._world.sight().around(self.node)
 
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""
@@ -209,7 +201,7 @@ class LocalView:
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
 
-    def boxes(self) -> Sequence[int]:
+    def boxes(self) -> list[int]:
         """The boxes within R, ascending."""
         return self._world.boxes_near(self.node)
 
@@ -248,7 +240,7 @@ class LocalView:
         level = world.level(self.agent) if node == self.node else world.surface[node]
         return world.graspable(self.agent, box, level, node)
 
-    def holes(self) -> Sequence[int]:
+    def holes(self) -> tuple[int, ...]:
         """The keys of the holes within R, ascending."""
         return self._world.holes_near(self.node)
 
@@ -287,6 +279,48 @@ class LocalView:
         world = self._world
         base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
         return world.passable(base, i, j)
+
+    def pushes(self, box: int, barred: int = -1) -> list[int]:
+        """The visible nodes beside a visible box that it could be pushed to with its pusher staying level with it.
+
+        Args:
+            box: The box.
+            barred: A node to leave out, or -1.
+        """
+        self.box_node(box)
+        return self._world.sight().pushes(self.node, box, barred)
+
+    def nearest_box(self, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
+        """The closest box by path that the agent could hold (paper Algorithm 4).
+
+        Args:
+            shunned: Boxes to leave out.
+            barred: A node that no way may lead over (the goal: who comes there leaves), or -1.
+
+        Returns:
+            The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
+        """
+        world = self._world
+        if not world.scenario.boxes:
+            return None
+        return world.sight().nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
+
+    def way_to_hole(
+        self, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
+    ) -> tuple[int, ...]:
+        """The shortest way over which a visible box could be pushed into a visible hole.
+
+        Args:
+            box: The box.
+            hole: The hole's key.
+            barred: A node that the way may not lead over (the goal: the pusher would leave there), or -1.
+            avoided: Pushes (from, to) that the way shall do without.
+
+        Returns:
+            The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
+        """
+        self.box_node(box)
+        return self._world.sight().way_to(self.node, box, self.hole_node(hole), barred, avoided)
 
     def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
         """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""

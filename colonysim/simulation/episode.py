@@ -83,6 +83,7 @@ class Episode:
         self.limit = inf if world.scenario.time_limit is None else world.scenario.time_limit
         self.watchers: dict[int, dict[int, None]] = {}
         self.woken: dict[int, simpy.Event] = {}
+        self.asks: dict[int, int] = {}
         self.pending: dict[int, simpy.Event] = {}
         self.clock_wanted: simpy.Event | None = None
         self.visit = Visit()
@@ -227,8 +228,11 @@ class Episode:
         world, view = self.world, self.views[agent]
         self._note_wait(agent, wait)
         event = self.woken[agent] = self.env.event()
+        watchers = self.watchers
         for node in wait.nodes:
-            self.watchers.setdefault(node, {})[agent] = None
+            if node not in watchers:
+                watchers[node] = {}
+            watchers[node][agent] = None
         if wait.seconds is not None:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
             timer = self.env.timeout(max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
@@ -238,7 +242,7 @@ class Episode:
             # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
             # would not stop otherwise.
             if wait.clear >= 0 and wait.clear not in world.clear_requests:
-                world.clear_requests[wait.clear] = agent
+                world.clear_requests[wait.clear], self.asks[agent] = agent, wait.clear
                 addressee = self.woken.get(world.occupant[wait.clear])
                 if addressee is not None:
                     _trigger(addressee)
@@ -246,13 +250,13 @@ class Episode:
         yield event
         del self.woken[agent]
         for node in wait.nodes:
-            self.watchers[node].pop(agent, None)
+            watchers[node].pop(agent, None)
         view.waited += (self.now - since) / view.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
         """Asks for no node any more; who kept off it may go there now."""
-        requests = self.world.clear_requests
-        for node in [node for node, asker in requests.items() if asker == agent]:
+        requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
+        if requests.get(node) == agent:
             del requests[node]
             self._wake((node,))
 
@@ -306,8 +310,9 @@ class Episode:
                     self._settle(agent, moving[agent], outcome, began)
                 else:
                     self.steps[agent] += 1
-                    if isinstance(choice.intent, Wait) and choice.intent.clear >= 0:
-                        self.world.clear_requests.setdefault(choice.intent.clear, agent)
+                    clear = choice.intent.clear if isinstance(choice.intent, Wait) else -1
+                    if clear >= 0 and self.world.clear_requests.setdefault(clear, agent) == agent:
+                        self.asks[agent] = clear
 
     def _tick_waits(self, agent: int, wait: Wait) -> None:
         self._note_wait(agent, wait)
@@ -400,6 +405,9 @@ class Episode:
     def _deposit(
         self, moment: Moment, agent: int, box: int = -1, hole: int = -1, left: int = -1, before: int = -1
     ) -> None:
+        if self.strides is not None:
+            self.strides.mark(moment, agent, box, hole, left, before)
+            return
         world, visit = self.world, self.visit
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)

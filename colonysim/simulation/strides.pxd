@@ -2,22 +2,23 @@
 cimport cython
 from colonysim.exact cimport exp
 from colonysim.trace.rows cimport Rows
+from colonysim.world.sight cimport Sight
 
 cdef double UNKNOWN
 
 
 cdef class Strides:
     cdef int goal, max_steps
-    cdef double reach, sight, d_max, scale, shift, beta, fixed, pace, jitter
-    cdef bint lrta, blank
-    cdef tuple x, y
+    cdef double reach, d_max, scale, shift, beta, fixed, pace, jitter
+    cdef bint lrta, blank, marks_waits
     cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, target, ways, options
-    cdef double[::1] lengths, rises, surface, d, straight, stored, epsilon, began, chances
+    cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
-    cdef list reserved, box_node, jitters, memories, views, draw, steps
+    cdef list reserved, jitters, memories, views, draw, steps
     cdef dict clear_requests
     cdef object worth, trail, measured, visit
     cdef Rows rows
+    cdef Sight sight
 
     @cython.locals(
         node=int, steps=int, level=double, reach=double, way=int, j=int, target=int, count=int, chosen=int, surface="double[::1]",
@@ -30,9 +31,6 @@ cdef class Strides:
     @cython.locals(i=int, last=int, chosen=int, top=double, total=double, chances="double[::1]", options="int[::1]", beta=double)
     cdef int choose(self, int count, bint explored, double rest)
 
-    @cython.locals(x=double, y=double, dx=double, dy=double, at=int)
-    cdef bint sees_box(self, int node)
-
     cdef double crowding(self, int node)
 
     @cython.locals(value=double)
@@ -41,8 +39,11 @@ cdef class Strides:
     @cython.locals(took=double)
     cdef double seconds(self, int agent, int i, int j, double length)
 
-    @cython.locals(origin=int, node=int, before=int, level=double)
+    @cython.locals(origin=int, node=int, before=int)
     cpdef tuple arrive(self, int agent)
+
+    @cython.locals(node=int, held=int, level=double, stays=cython.bint, rows=Rows)
+    cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
 
     @cython.locals(
         d="double[::1]", official="unsigned char[::1]", surface="double[::1]", reach=double, best=double, best_official=double,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from colonysim.backends.protocol import Backend
-    from colonysim.pheromones.field import Field
+    from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Policy
     from colonysim.policies.settings import StigmergySettings
     from colonysim.policies.view import LocalView
@@ -93,11 +93,9 @@ class Strides:
         scenario, topology = world.scenario, world.topology
         self.goal, self.max_steps, self.reach = scenario.goal, scenario.max_steps, scenario.reach
         self.first, self.ends, self.lengths, self.rises = topology.edges
-        self.x, self.y = topology.x, topology.y
         self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
         self.reserved, self.agent_node, self.agent_from = world.reserved, world.agent_node, world.agent_from
-        self.agent_box, self.box_node, self.clear_requests = world.agent_box, world.box_node, world.clear_requests
-        self.sight = scenario.detection_radius * scenario.detection_radius
+        self.agent_box, self.box_base, self.clear_requests = world.agent_box, world.box_base, world.clear_requests
         distance, exploration = fields["D"], fields["E"]
         assert isinstance(distance, Distance) and isinstance(exploration, Exploration)
         self.d, self.official, self.known = distance.d, distance.official, distance.visited
@@ -105,8 +103,10 @@ class Strides:
         self.lrta, self.blank = distance.lrta, distance.blank
         self.stored, self.visited = exploration.stored, exploration.visited
         self.scale, self.shift = exploration.scale, exploration.shift
+        self.marks_waits = settings.exploration_on_wait
         # Without boxes B, and without holes H, have nothing to say.
         self.worth = fields["B"] if scenario.boxes else None
+        self.sight = world.sight() if scenario.boxes else None
         self.trail = fields["H"] if scenario.holes else None
         self.beta = settings.beta
         timing = scenario.timing
@@ -137,9 +137,9 @@ class Strides:
             return self.hand_back(agent)
         if self.clear_requests:  # asked to make way, or to keep off a node
             return self.hand_back(agent)
-        if self.worth is not None:
+        if self.sight is not None:
             memory = self.memories[agent]
-            if memory.box >= 0 or memory.shunned >= 0 or self.sees_box(node):
+            if memory.box >= 0 or memory.shunned >= 0 or self.sight.sees_box(node):
                 return self.hand_back(agent)
         surface, occupant, holder, ends = self.surface, self.occupant, self.node_holder, self.ends
         options, level, reach, count = self.options, surface[node], self.reach, 0
@@ -192,15 +192,6 @@ class Strides:
                     chosen = i
         return chosen if chosen >= 0 else last
 
-    def sees_box(self, node: int) -> bool:
-        """Whether any box lies within the detection radius of a node."""
-        x, y = self.x[node], self.y[node]
-        for at in self.box_node:
-            dx, dy = self.x[at] - x, self.y[at] - y
-            if dx * dx + dy * dy <= self.sight:
-                return True
-        return False
-
     def crowding(self, node: int) -> float:
         """E of a node."""
         return self.stored[node] * self.scale - self.shift
@@ -233,22 +224,29 @@ class Strides:
         self.agent_from[agent] = origin
         self.moved[agent] = 1
         self.rows.travelled(agent, origin, node, self.steps[agent], self.began[agent])
-        level = self.surface[node]
-        self.update_distance(node, level)
-        rows, worth, trail = self.rows, self.worth, self.trail
-        rows.deposit("D", agent, node, self.nearness(node))
+        self.mark("arrive", agent, -1, -1, origin, before)
+        return origin, node
+
+    def mark(self, moment: Moment, agent: int, box: int, hole: int, left: int, before: int) -> None:
+        """Deposits of an agent where it stands, see `Visit`; at any moment but the start of an episode."""
+        node, held = self.agent_node[agent], self.agent_box[agent]
+        level = self.box_base[held] if held >= 0 else self.surface[node]
+        rows, worth, trail, stays = self.rows, self.worth, self.trail, moment != "claim"
+        if stays:
+            self.update_distance(node, level)
+            rows.deposit("D", agent, node, self.nearness(node))
         if worth is not None or trail is not None:
             visit = self.visit
-            visit.moment, visit.agent, visit.node, visit.level = "arrive", agent, node, level
-            visit.left, visit.before = origin, before
+            visit.moment, visit.agent, visit.node, visit.level = moment, agent, node, level
+            visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
             if worth is not None and (writes := worth.deposit(visit)):
                 rows.deposits(worth, agent, writes)
             if trail is not None and (writes := trail.deposit(visit)):
                 rows.deposits(trail, agent, writes)
-        self.stored[node] += 1.0 / self.scale
-        self.visited[node] = 1
-        rows.deposit("E", agent, node, self.crowding(node))
-        return origin, node
+        if stays and (self.marks_waits or moment != "wait"):
+            self.stored[node] += 1.0 / self.scale
+            self.visited[node] = 1
+            rows.deposit("E", agent, node, self.crowding(node))
 
     def update_distance(self, node: int, level: float) -> None:
         """Algorithm 2, as `Distance` does it."""

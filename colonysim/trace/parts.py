@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["arrow_table", "read_parts", "table_schema", "write_part"]
 
+ROWS_IN_GROUP = 2048
+
 
 def _arrow_type(kind: str) -> Any:
     import pyarrow as pa
@@ -86,6 +88,9 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
             compression="snappy",
             use_dictionary=texts,
             write_statistics=False,
+            # What a part takes on its way to disk is little and given back: memory does not grow with a run's steps.
+            row_group_size=ROWS_IN_GROUP,
+            memory_pool=pa.system_memory_pool(),
         )
         os.replace(temporary, path)  # noqa: PTH105
     except OSError as error:

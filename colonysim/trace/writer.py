@@ -63,7 +63,7 @@ class TraceWriter:
         manifest: dict[str, Any],
         *,
         drop: Collection[Table] = (),
-        rows_per_part: int = 16384,
+        rows_per_part: int = 4096,
         flush_seconds: float = 2.0,
         tap: Tap | None = None,
     ) -> None:

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.world.intents import Push
-from colonysim.world.space import Cells
+from colonysim.world.sight import SAME_HEIGHT, Sight
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,12 +19,6 @@ __all__ = ["AgentStatus", "Place", "World"]
 
 Place: TypeAlias = int | tuple[int, int]
 """What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
-
-# So many nodes' surroundings are remembered; on a large map all of them would take too much memory.
-MOST_VISIBLE = 1024
-
-# Heights are sums of the scenario's numbers: below this they are equal.
-SAME_HEIGHT = 1e-6
 
 
 class AgentStatus(Enum):
@@ -48,6 +42,7 @@ class World:
         hole_at: Key of the hole at each node, or -1.
         occupant: The agent whose body is on each node, or -1.
         stacks: For each node that has boxes, their numbers from bottom to top.
+        top: The topmost box on each node, or -1.
         box_node: Where each box is.
         box_base: The height each box's underside stands at.
         box_claim: The agent that holds each box, or -1.
@@ -63,11 +58,8 @@ class World:
     """
 
     __slots__ = (
-        "_boxes_near",
-        "_hole_cells",
         "_holes_near",
-        "_node_cells",
-        "_visible",
+        "_sight",
         "agent_box",
         "agent_from",
         "agent_node",
@@ -85,6 +77,7 @@ class World:
         "scenario",
         "stacks",
         "surface",
+        "top",
         "topology",
     )
 
@@ -92,14 +85,11 @@ class World:
         self.scenario = scenario
         self.topology = scenario.topology
         size = len(scenario.topology)
-        self.hole_at = [-1] * size
-        self._hole_cells = Cells(scenario.detection_radius, self.topology.x, self.topology.y)
+        self.hole_at = array("i", [-1]) * size
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
-            self._hole_cells.put(key, hole.node)
         self._holes_near: dict[int, tuple[int, ...]] = {}
-        self._node_cells: Cells | None = None
-        self._visible: dict[int, frozenset[int]] = {}
+        self._sight: Sight | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -112,11 +102,11 @@ class World:
         self.edge_holder: dict[tuple[int, int], int] = {}
         self.reserved: list[tuple[Place, ...]] = [()] * len(scenario.agents)
         self.stacks: dict[int, list[int]] = {}
-        self.box_node = [-1] * len(scenario.boxes)
-        self.box_base = [0.0] * len(scenario.boxes)
+        self.top = array("i", [-1]) * size
+        self.box_node = array("i", [-1]) * len(scenario.boxes)
+        self.box_base = array("d", [0.0]) * len(scenario.boxes)
         self.box_claim = [-1] * len(scenario.boxes)
         self.box_stray = [False] * len(scenario.boxes)
-        self._boxes_near = Cells(scenario.detection_radius, topology.x, topology.y)
         for box, start in enumerate(scenario.boxes):
             self._put_box(box, start.node)
         self.agent_node = array("i", scenario.agents)
@@ -126,6 +116,8 @@ class World:
         self.clear_requests: dict[int, int] = {}
         for agent, node in enumerate(scenario.agents):
             self.occupant[node] = agent
+        if self._sight is not None:
+            self._sight.bind(self)
 
     # -- the rules of the place ------------------------------------------------------------------------------------
 
@@ -139,10 +131,9 @@ class World:
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
-        rises = self.topology.rises
+        rises, surface, reach = self.topology.rises, self.surface[j], self.scenario.reach
         rise = rises.get((i, j), 0.0) if rises else 0.0
-        reach = self.scenario.reach
-        return -reach < self.surface[j] - level - rise < reach
+        return -reach < surface - level - rise < reach
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
@@ -157,26 +148,24 @@ class World:
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        occupant, holder, nobody = self.occupant, self.node_holder, (-1, agent)
         surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
         return [
             j
             for j, _, rise in self.topology.ways[self.agent_node[agent]]
-            if -reach < surface[j] - level - rise < reach and occupant[j] in nobody and holder[j] in nobody
+            if -reach < surface[j] - level - rise < reach and self.free(agent, j)
         ]
 
     def top_box(self, node: int) -> int:
         """The topmost box on `node`, or -1."""
-        stack = self.stacks.get(node)
-        return stack[-1] if stack else -1
+        return self.top[node]
 
     def graspable(self, agent: int, box: int, level: float, node: int) -> bool:
         """Whether `agent`, standing at height `level` on `node`, could hold `box` on that node or a neighbouring one.
 
         The box must be on top, unclaimed and its base level with the agent.
         """
-        at = self.box_node[box]
-        if self.stacks[at][-1] != box or self.box_claim[box] not in (-1, agent):
+        at, claim = self.box_node[box], self.box_claim[box]
+        if self.top[at] != box or (claim != -1 and claim != agent):
             return False
         rises = self.topology.rises
         rise = rises.get((node, at), 0.0) if rises else 0.0
@@ -200,36 +189,32 @@ class World:
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
-        return self.occupant[node] in (-1, agent) and self.node_holder[node] in (-1, agent)
+        occupant, holder = self.occupant[node], self.node_holder[node]
+        return (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent)
 
     def holder(self, place: Place) -> int:
         """The agent that has reserved a node or an edge, or -1."""
         return self.node_holder[place] if isinstance(place, int) else self.edge_holder.get(place, -1)
 
+    def sight(self) -> Sight:
+        """What can be seen from a node; made when first asked for."""
+        if self._sight is None:
+            self._sight = Sight(self.scenario)
+            self._sight.bind(self)
+        return self._sight
+
     def boxes_near(self, node: int) -> list[int]:
         """The boxes within the detection radius of `node`, ascending."""
-        return self._boxes_near.near(node)
+        return self.sight().boxes(node) if self.scenario.boxes else []
 
     def holes_near(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the detection radius of `node`, ascending."""
+        if not self.scenario.holes:
+            return ()
         near = self._holes_near.get(node)
         if near is None:
-            near = self._holes_near[node] = tuple(self._hole_cells.near(node))
+            near = self._holes_near[node] = self.sight().holes(node)
         return near
-
-    def visible(self, node: int) -> frozenset[int]:
-        """The nodes within the detection radius of `node`, and its neighbours."""
-        seen = self._visible.get(node)
-        if seen is None:
-            topology = self.topology
-            if self._node_cells is None:
-                self._node_cells = Cells(self.scenario.detection_radius, topology.x, topology.y)
-                for i in range(len(topology)):
-                    self._node_cells.put(i, i)
-            if len(self._visible) >= MOST_VISIBLE:
-                self._visible.clear()
-            seen = self._visible[node] = frozenset((*self._node_cells.near(node), *topology.neighbours[node]))
-        return seen
 
     def seated(self) -> int:
         """How many boxes lie in a hole."""
@@ -371,8 +356,8 @@ class World:
         self.box_base[box] = self.surface[node]
         stack.append(box)
         self.box_node[box] = node
+        self.top[node] = box
         self.surface[node] = self._height(node)
-        self._boxes_near.put(box, node)
 
     def _move_box(self, place: BoxPlace) -> None:
         box, node = place.box, place.node
@@ -386,6 +371,7 @@ class World:
         for other in stack:
             self.box_base[other] = base
             base += self.scenario.boxes[other].height
+        self.top[old] = stack[-1] if stack else -1
         if not stack:
             del self.stacks[old]
         self.surface[old] = self._height(old)

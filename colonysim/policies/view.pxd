@@ -1,0 +1,48 @@
+# The types of view.py when it is compiled.
+cimport cython
+from colonysim.world.sight cimport Sight
+from colonysim.world.state cimport World
+
+
+cdef class FieldWindow:
+    cdef LocalView _view
+    cdef public object _field
+
+    cpdef double at(self, int node, int key=*) except? -1
+    cpdef list values(self, nodes)
+    cdef int _check(self, int node) except -1
+
+
+cdef class LocalView:
+    cdef public World _world
+    cdef public object _backend, _feasible_way, refused
+    cdef public int agent, node, failures
+    cdef public double radius, edge_seconds, waited
+    cdef public dict fields
+    cdef public tuple neighbours
+
+    cpdef look(self)
+    cpdef bint sees(self, int node)
+    cdef int _look_at(self, int node) except -1
+    cpdef tuple around(self)
+    cpdef bint passable(self, int neighbour)
+    cpdef list exits(self)
+    cpdef bint free(self, int node) except? -1
+    cpdef bint wanted(self, int node) except? -1
+    cpdef list boxes(self)
+    cpdef int box_node(self, int box) except? -1
+    cpdef bint on_top(self, int box) except? -1
+    @cython.locals(level=double)
+    cpdef bint graspable_from(self, int node, int box) except? -1
+    cpdef tuple holes(self)
+    cpdef int hole_node(self, int hole) except? -1
+    cpdef bint hole_near(self, int hole, int node) except? -1
+    cpdef double headroom(self, int hole) except? -1
+    cdef int _hole(self, int hole) except -1
+    @cython.locals(base=double)
+    cpdef bint can_slide(self, int box, int i, int j) except? -1
+    @cython.locals(base=double)
+    cpdef bint can_follow(self, int box, int i, int j) except? -1
+    cpdef list pushes(self, int box, int barred=*)
+    cpdef nearest_box(self, shunned=*, int barred=*)
+    cpdef tuple way_to_hole(self, int box, int hole, int barred=*, avoided=*)

@@ -1,0 +1,16 @@
+# The types of episode.py when it is compiled.
+cimport cython
+from colonysim.simulation.strides cimport Strides
+from colonysim.world.state cimport World
+
+
+cdef class Episode:
+    cdef public object fields, backend, policy, rows, env, clock_wanted, visit
+    cdef public int number
+    cdef public World world
+    cdef public Strides strides
+    cdef public list memories, views, random, steps
+    cdef public dict watchers, woken, asks, pending
+    cdef public set finished
+    cdef public double now, last_outcome, stall, limit
+    cdef public bint stuck

@@ -1,0 +1,58 @@
+# The types of sight.py when it is compiled.
+cimport cython
+
+
+cdef class Sight:
+    cdef int size, centre, within, waiting
+    cdef long long look, search
+    cdef double reach, slack, limit
+    cdef double[::1] x, y, lengths, rises, surface, box_base, far, heap_far
+    cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at
+    cdef int[::1] cell, members_first, members, beside_first, beside
+    cdef long long[::1] seen, reached, done, wanted
+    cdef unsigned char[::1] forbidden
+    cdef list box_claim
+    cdef dict stacks
+
+    @cython.locals(
+        x=double, y=double, dx=double, dy=double, limit=double, look="long long", count=int, near="int[::1]", seen="long long[::1]",
+        cell=int, k=int, other=int, m=int, j=int, way=int,
+    )
+    cdef void turn(self, int node) noexcept
+    cpdef bint sees(self, int node, int other)
+    @cython.locals(
+        x=double, y=double, dx=double, dy=double, limit=double, cell=int, k=int, other=int, m=int, j=int,
+    )
+    cpdef bint sees_box(self, int node)
+    @cython.locals(k=int, found=list)
+    cpdef list boxes(self, int node)
+
+    @cython.locals(k=int, found=list)
+    cpdef tuple holes(self, int node)
+    @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
+    cpdef tuple around(self, int node)
+
+    @cython.locals(at=int, base=double, way=int, j=int, found=list)
+    cpdef list pushes(self, int node, int box, int barred)
+    cdef bint slides(self, double base, int way) noexcept
+    cdef bint follows(self, double level, int way) noexcept
+
+    @cython.locals(
+        search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double,
+        best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, way=int, j=int, through=double, step=int,
+    )
+    cpdef nearest_box(self, int agent, int node, double level, shunned, int barred)
+    @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
+    cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
+    @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)
+    cdef bint earlier(self, int i, int k, int j) noexcept
+    @cython.locals(place=int)
+    cdef tuple traced(self, int node)
+    @cython.locals(count=int, i=int, place=int)
+    cdef int trace(self, int node, int[::1] way) noexcept
+
+    cdef long long start(self, int node) noexcept
+    @cython.locals(heap_far="double[::1]", heap_node="int[::1]", place=int, above=int)
+    cdef void offer(self, double far, int node, int via) noexcept
+    @cython.locals(heap_far="double[::1]", heap_node="int[::1]", count=int, place=int, far=double, node=int, below=int)
+    cdef void pop(self) noexcept

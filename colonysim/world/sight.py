@@ -1,0 +1,364 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False
+"""What can be seen from a node, and the ways within: searches over flat arrays that cost what lies near.
+
+What a search has reached carries its number, so that nothing has to be cleared before the next one. Installation
+compiles this file where there is a C compiler (`hatch_build.py`); `sight.pxd` says what its variables are then.
+"""
+
+from __future__ import annotations
+
+from array import array
+from itertools import accumulate, chain
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from colonysim.world.scenario import Scenario
+    from colonysim.world.state import World
+
+__all__ = ["SAME_HEIGHT", "Sight"]
+
+SAME_HEIGHT = 1e-6
+"""Heights are sums of the scenario's numbers: below this they are equal."""
+
+
+class Sight:
+    """The nodes and boxes within the detection radius of one node at a time, and searches among them.
+
+    Nodes lie in square cells with the radius as their side: what is near is in a node's own cell or one beside it.
+
+    Args:
+        scenario: Its place, radius and rules.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        topology = scenario.topology
+        size, radius = len(topology), scenario.detection_radius
+        self.size, self.reach, self.slack, self.limit = size, scenario.reach, SAME_HEIGHT, radius * radius
+        self.x, self.y = array("d", topology.x), array("d", topology.y)
+        self.first, self.ends, self.lengths, self.rises = topology.edges
+        self.forbidden = bytearray(len(self.ends))
+        for i, j in scenario.no_push:
+            if j in topology.neighbours[i]:
+                self.forbidden[self.first[i] + topology.neighbours[i].index(j)] = 1
+        most = self.fill_cells(max(radius, 1e-6)) + max(map(len, topology.neighbours), default=0)
+        # Where we look from, and what is seen from there: first the nodes within the radius, then other neighbours.
+        self.centre, self.look, self.within = -1, 0, 0
+        self.near, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
+        # The search: for each node how far it is, and by which node one comes there (or which step was the first).
+        self.search = self.waiting = 0
+        self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
+        self.reached, self.done, self.wanted = (array("q", bytes(8 * size)) for _ in range(3))
+        room = min(most * max(map(len, topology.neighbours), default=0), len(self.ends)) + 1
+        self.heap_far, self.heap_node = array("d", bytes(8 * room)), array("i", bytes(4 * room))
+        self.left, self.right = array("i", bytes(4 * most)), array("i", bytes(4 * most))
+
+    def fill_cells(self, side: float) -> int:
+        """Puts the nodes into cells; returns the most nodes of a cell and those around it."""
+        cells: dict[tuple[int, int], list[int]] = {}
+        for node, (x, y) in enumerate(zip(self.x, self.y, strict=True)):
+            cells.setdefault((int(x // side), int(y // side)), []).append(node)
+        number = {cell: k for k, cell in enumerate(cells)}
+        beside = [
+            [number[i, j] for i in range(column - 1, column + 2) for j in range(row - 1, row + 2) if (i, j) in number]
+            for column, row in cells
+        ]
+        members = list(cells.values())
+        self.cell = array("i", bytes(4 * self.size))
+        for k, nodes in enumerate(members):
+            for node in nodes:
+                self.cell[node] = k
+        self.members_first = array("i", accumulate(map(len, members), initial=0))
+        self.members = array("i", chain.from_iterable(members))
+        self.beside_first = array("i", accumulate(map(len, beside), initial=0))
+        self.beside = array("i", chain.from_iterable(beside))
+        return max((sum(len(members[k]) for k in near) for near in beside), default=0)
+
+    def bind(self, world: World) -> None:
+        """Reads a world's arrays from now on."""
+        self.surface, self.top = world.surface, world.top
+        self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
+        self.stacks, self.hole_at = world.stacks, world.hole_at
+
+    def __deepcopy__(self, memo: object) -> None:
+        """None: a copied world makes its own, over its own arrays."""
+
+    # -- what is near ----------------------------------------------------------------------------------------------
+
+    def turn(self, node: int) -> None:
+        """Looks from `node`."""
+        if node == self.centre:
+            return
+        self.centre = node
+        self.look += 1
+        x, y, limit, look, count = self.x[node], self.y[node], self.limit, self.look, 0
+        near, seen, cell = self.near, self.seen, self.cell[node]
+        for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
+            other = self.beside[k]
+            for m in range(self.members_first[other], self.members_first[other + 1]):
+                j = self.members[m]
+                dx, dy = self.x[j] - x, self.y[j] - y
+                if dx * dx + dy * dy <= limit:
+                    near[count] = j
+                    seen[j] = look
+                    count += 1
+        self.within = count
+        for way in range(self.first[node], self.first[node + 1]):
+            seen[self.ends[way]] = look
+
+    def sees(self, node: int, other: int) -> bool:
+        """Whether a node lies within the radius of `node` or next to it."""
+        self.turn(node)
+        return 0 <= other < self.size and self.seen[other] == self.look
+
+    def sees_box(self, node: int) -> bool:
+        """Whether any box lies within the radius of `node`."""
+        x, y, limit, cell = self.x[node], self.y[node], self.limit, self.cell[node]
+        for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
+            other = self.beside[k]
+            for m in range(self.members_first[other], self.members_first[other + 1]):
+                j = self.members[m]
+                if self.top[j] >= 0:
+                    dx, dy = self.x[j] - x, self.y[j] - y
+                    if dx * dx + dy * dy <= limit:
+                        return True
+        return False
+
+    def boxes(self, node: int) -> list[int]:
+        """The boxes within the radius of `node`, ascending."""
+        self.turn(node)
+        found: list[int] = []
+        for k in range(self.within):
+            if self.top[self.near[k]] >= 0:
+                found += self.stacks[self.near[k]]
+        found.sort()
+        return found
+
+    def holes(self, node: int) -> tuple[int, ...]:
+        """The keys of the holes within the radius of `node`, ascending."""
+        self.turn(node)
+        found = [self.hole_at[self.near[k]] for k in range(self.within) if self.hole_at[self.near[k]] >= 0]
+        found.sort()
+        return tuple(found)
+
+    def around(self, node: int) -> tuple[int, ...]:
+        """In order, the neighbours of `node`, theirs that are in sight, and the nodes of boxes and holes near."""
+        self.turn(node)
+        look, found = self.look, []
+        self.search += 1
+        for way in range(self.first[node], self.first[node + 1]):
+            i = self.ends[way]
+            if self.reached[i] != self.search:
+                self.reached[i] = self.search
+                found.append(i)
+            for onward in range(self.first[i], self.first[i + 1]):
+                j = self.ends[onward]
+                if self.seen[j] == look and self.reached[j] != self.search:
+                    self.reached[j] = self.search
+                    found.append(j)
+        for k in range(self.within):
+            j = self.near[k]
+            if (self.top[j] >= 0 or self.hole_at[j] >= 0) and self.reached[j] != self.search:
+                self.reached[j] = self.search
+                found.append(j)
+        found.sort()
+        return tuple(found)
+
+    # -- ways ------------------------------------------------------------------------------------------------------
+
+    def pushes(self, node: int, box: int, barred: int) -> list[int]:
+        """The nodes in sight of `node` that a box there could be pushed to, its pusher going with it."""
+        self.turn(node)
+        found: list[int] = []
+        at, base = self.box_node[box], self.box_base[box]
+        for way in range(self.first[at], self.first[at + 1]):
+            j = self.ends[way]
+            if j != barred and self.seen[j] == self.look and self.slides(base, way) and self.follows(base, way):
+                found.append(j)
+        return found
+
+    def slides(self, base: float, way: int) -> bool:
+        """Whether a box whose underside is at height `base` may be pushed along a way."""
+        return not self.forbidden[way] and self.surface[self.ends[way]] <= base + self.rises[way] + self.slack
+
+    def follows(self, level: float, way: int) -> bool:
+        """Whether somebody who stands at height `level` can go along a way."""
+        return -self.reach < self.surface[self.ends[way]] - level - self.rises[way] < self.reach
+
+    def nearest_box(
+        self, agent: int, node: int, level: float, shunned: Collection[int], barred: int
+    ) -> tuple[int, int] | None:
+        """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
+
+        Of ways of one length that to the node of the lower number goes first, of these the one with the lower first
+        step.
+
+        Args:
+            agent: Which agent.
+            node: Where it stands.
+            level: At which height.
+            shunned: Boxes to leave out.
+            barred: A node that no way may lead over, or -1.
+
+        Returns:
+            The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
+        """
+        self.turn(node)
+        search = self.start(node)
+        top, wanted, some = self.top, self.wanted, False
+        for k in range(self.within):
+            at = self.near[k]
+            box = top[at]
+            if box >= 0:
+                claim = self.box_claim[box]
+                if (claim == -1 or claim == agent) and box not in shunned:
+                    wanted[at] = search
+                    some = True
+        if not some:
+            return None
+        reach = self.reach
+        if wanted[node] == search and -reach < self.box_base[top[node]] - level < reach:
+            return top[node], node
+        best, best_node, best_first = 0.0, -1, -1
+        while self.waiting:
+            far, i = self.heap_far[0], self.heap_node[0]
+            self.pop()
+            if self.done[i] == search:
+                continue
+            first = self.via[i]
+            if best_node >= 0 and (
+                far > best or (far == best and (i > best_node or (i == best_node and first > best_first)))
+            ):
+                break
+            self.done[i] = search
+            here = level if i == node else self.surface[i]
+            for way in range(self.first[i], self.first[i + 1]):
+                j = self.ends[way]
+                if self.seen[j] != self.look:
+                    continue
+                through, step = far + self.lengths[way], j if i == node else first
+                if (
+                    wanted[j] == search
+                    and -reach < self.box_base[top[j]] - here - self.rises[way] < reach
+                    and (
+                        best_node < 0
+                        or through < best
+                        or (through == best and (j < best_node or (j == best_node and step < best_first)))
+                    )
+                ):
+                    best, best_node, best_first = through, j, step
+                if j == barred or self.done[j] == search or not self.follows(here, way):
+                    continue
+                if self.reached[j] != search or through < self.far[j]:
+                    self.offer(through, j, step)
+                elif through == self.far[j] and step < self.via[j]:
+                    self.via[j] = step
+        return None if best_node < 0 else (top[best_node], best_first)
+
+    def way_to(
+        self, node: int, box: int, end: int, barred: int, avoided: Collection[tuple[int, int]]
+    ) -> tuple[int, ...]:
+        """The shortest way over which a box could be pushed to a node, all in sight of `node`; or empty.
+
+        Of ways of one length it is the one whose nodes come first in order.
+
+        Args:
+            node: Where the agent stands.
+            box: The box.
+            end: Where the box is to go.
+            barred: A node that the way may not lead over, or -1.
+            avoided: Pushes (from, to) that the way shall do without.
+        """
+        self.turn(node)
+        at, base = self.box_node[box], self.box_base[box]
+        if at == end:
+            return ()
+        search = self.start(at)
+        while self.waiting:
+            far, i = self.heap_far[0], self.heap_node[0]
+            self.pop()
+            if i == end:
+                return self.traced(i)
+            if self.done[i] == search:
+                continue
+            self.done[i] = search
+            here = base if i == at else self.surface[i]
+            for way in range(self.first[i], self.first[i + 1]):
+                j = self.ends[way]
+                if self.seen[j] != self.look or self.done[j] == search or j == barred or not self.slides(here, way):
+                    continue
+                if (j != end and not self.follows(here, way)) or (avoided and (i, j) in avoided):
+                    continue
+                through = far + self.lengths[way]
+                if self.reached[j] != search or through < self.far[j]:
+                    self.offer(through, j, i)
+                elif through == self.far[j] and self.earlier(i, self.via[j], j):
+                    self.via[j] = i
+        return ()
+
+    def earlier(self, i: int, k: int, j: int) -> bool:
+        """Whether of two ways to j that by i comes before that by k, node by node."""
+        left, right = self.left, self.right
+        n, m = self.trace(i, left), self.trace(k, right)
+        for step in range(min(n, m)):
+            if left[step] != right[step]:
+                return left[step] < right[step]
+        return j < right[n] if n < m else left[m] < j
+
+    def traced(self, node: int) -> tuple[int, ...]:
+        """The nodes of the way to a node that the search has found."""
+        return tuple([self.left[place] for place in range(self.trace(node, self.left))])
+
+    def trace(self, node: int, way: array[int]) -> int:
+        """Writes the nodes of the way to a node, which the search has found, into `way`; returns how many."""
+        count, i = 1, node
+        while self.via[i] >= 0:
+            i = self.via[i]
+            count += 1
+        i = node
+        for place in range(count - 1, -1, -1):
+            way[place] = i
+            i = self.via[i]
+        return count
+
+    # -- what the searches share -----------------------------------------------------------------------------------
+
+    def start(self, node: int) -> int:
+        """Begins a search at a node; returns its number."""
+        self.search += 1
+        self.waiting = 0
+        self.offer(0.0, node, -1)
+        return self.search
+
+    def offer(self, far: float, node: int, via: int) -> None:
+        """Notes how far a node is, and lets it wait for its turn."""
+        self.far[node], self.via[node], self.reached[node] = far, via, self.search
+        heap_far, heap_node, place = self.heap_far, self.heap_node, self.waiting
+        self.waiting += 1
+        while place > 0:
+            above = (place - 1) // 2
+            if heap_far[above] < far or (heap_far[above] == far and heap_node[above] <= node):
+                break
+            heap_far[place], heap_node[place] = heap_far[above], heap_node[above]
+            place = above
+        heap_far[place], heap_node[place] = far, node
+
+    def pop(self) -> None:
+        """Takes the nearest node, of equally near ones that of the lowest number, from those that wait."""
+        self.waiting -= 1
+        heap_far, heap_node, count, place = self.heap_far, self.heap_node, self.waiting, 0
+        far, node = heap_far[count], heap_node[count]
+        below = 1
+        while below < count:
+            if below + 1 < count and (
+                heap_far[below + 1] < heap_far[below]
+                or (heap_far[below + 1] == heap_far[below] and heap_node[below + 1] < heap_node[below])
+            ):
+                below += 1
+            if far < heap_far[below] or (far == heap_far[below] and node <= heap_node[below]):
+                break
+            heap_far[place], heap_node[place] = heap_far[below], heap_node[below]
+            place = below
+            below = 2 * place + 1
+        heap_far[place], heap_node[place] = far, node

@@ -1,0 +1,33 @@
+# The types of state.py when it is compiled.
+cimport cython
+from colonysim.world.sight cimport Sight
+
+
+cdef class World:
+    cdef public object scenario, topology, surface, occupant, node_holder, top, hole_at
+    cdef public object box_node, box_base, agent_node, agent_from, agent_box
+    cdef public list box_claim, box_stray, agent_status, reserved
+    cdef public dict stacks, clear_requests, edge_holder
+    cdef dict _holes_near
+    cdef Sight _sight
+
+    @cython.locals(box=int)
+    cpdef double level(self, int agent)
+    @cython.locals(rise=double, reach=double, surface=double)
+    cpdef bint passable(self, double level, int i, int j)
+    @cython.locals(reach=double, rise=double)
+    cpdef list ways(self, double level, int node)
+    @cython.locals(reach=double, level=double, rise=double)
+    cpdef list exits(self, int agent)
+    @cython.locals(at=int, claim=int, rise=double, reach=double)
+    cpdef bint graspable(self, int agent, int box, double level, int node)
+    @cython.locals(rise=double)
+    cpdef bint can_slide(self, double base, int i, int j)
+    @cython.locals(rise=double)
+    cpdef bint falls(self, double base, int i, int j)
+    @cython.locals(occupant=int, holder=int)
+    cpdef bint free(self, int agent, int node)
+    cpdef Sight sight(self)
+    cpdef list boxes_near(self, int node)
+    cpdef tuple holes_near(self, int node)
+    cpdef list _free_held(self, int agent)
