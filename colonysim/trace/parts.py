@@ -72,6 +72,7 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
     Raises:
         TraceError: The file cannot be written (disk full, no permission).
     """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     table = arrow_table(columns, codes)
