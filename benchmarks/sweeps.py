@@ -2,11 +2,13 @@
 
     python benchmarks/sweeps.py overhead --trials 2000
     python benchmarks/sweeps.py kills --trials 400 --kills 50
+    python benchmarks/sweeps.py workers --trials 400 --kills 50
     python benchmarks/sweeps.py ray --trials 200
 
 `overhead` runs trials of sanity as a sweep and, in turn, in a bare `multiprocessing.Pool` of as many processes, which
 begins cold too and reads the scenario once in each. `kills` kills a sweep with its whole process group at random
-moments, resumes it each time, and compares its tables with those of one that was left alone. `ray` runs a sweep on a
+moments, resumes it each time, and compares its tables with those of one that was left alone. `workers` kills single
+worker processes of a sweep that goes on, and compares likewise. `ray` runs a sweep on a
 Ray cluster of two nodes of this machine, kills one half-way, and compares in the same way.
 """
 
@@ -106,6 +108,32 @@ def kills(trials: int, episodes: int, workers: int, times: int) -> int:
     return int(not same or twice > 0 or begun - trials > workers * done)
 
 
+def worker_kills(trials: int, episodes: int, workers: int, times: int) -> int:
+    rng, done = random.Random(0), 0
+    with tempfile.TemporaryDirectory() as folder:
+        file = sweep_file(Path(folder), trials, episodes)
+        whole, out = Path(folder) / "whole", Path(folder) / "killed"
+        run_sweep(file, whole, workers=workers)
+        command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        while process.poll() is None:
+            due = done < times and finished(out) >= trials * done // times
+            alive = [child for child in children.read_text().split() if due and is_worker(child)]
+            for child in rng.sample(alive, min(1, len(alive))):
+                time.sleep(rng.uniform(0.0, 0.1))
+                os.kill(int(child), signal.SIGKILL)
+                done += 1
+            time.sleep(0.005)
+        same = all(rows(out, table) == rows(whole, table) for table in ("trials", "episodes"))
+    print(f"{trials} trials, {done} workers killed: tables equal {same}, exit {process.returncode}")
+    return int(not same or process.returncode != 0)
+
+
+def is_worker(process: str) -> bool:
+    return b"spawn_main" in Path(f"/proc/{process}/cmdline").read_bytes()
+
+
 def on_ray(trials: int, episodes: int) -> int:
     import ray
     from ray.cluster_utils import Cluster
@@ -136,7 +164,7 @@ def on_ray(trials: int, episodes: int) -> int:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=("overhead", "kills", "ray"))
+    parser.add_argument("what", choices=("overhead", "kills", "workers", "ray"))
     parser.add_argument("--trials", type=int, default=400)
     parser.add_argument("--episodes", type=int, default=30)
     parser.add_argument("--workers", type=int, default=2)
@@ -146,7 +174,8 @@ def main() -> int:
         return overhead(asked.trials, asked.episodes, asked.workers)
     if asked.what == "ray":
         return on_ray(asked.trials, asked.episodes)
-    return kills(asked.trials, asked.episodes, asked.workers, asked.kills)
+    killed = kills if asked.what == "kills" else worker_kills
+    return killed(asked.trials, asked.episodes, asked.workers, asked.kills)
 
 
 if __name__ == "__main__":
