@@ -69,6 +69,18 @@ def rows(directory: Path, table: str) -> list[dict[str, object]]:
     return [{name: value for name, value in row.items() if name != "seconds"} for row in found.to_pylist()]
 
 
+def same_tables(one: Path, other: Path) -> bool:
+    return all(rows(one, table) == rows(other, table) for table in ("trials", "episodes"))
+
+
+def undisturbed(folder: Path, trials: int, episodes: int, workers: int) -> tuple[Path, Path, list[str]]:
+    """Runs a sweep that nothing happens to; where it is, where the other one goes, and the command that runs that."""
+    file, whole, out = sweep_file(folder, trials, episodes), folder / "whole", folder / "killed"
+    run_sweep(file, whole, workers=workers)
+    command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
+    return whole, out, command
+
+
 def finished(directory: Path) -> int:
     journal = directory / "journal.jsonl"
     return journal.read_bytes().count(b'"status":"succeeded"') if journal.exists() else 0
@@ -77,10 +89,7 @@ def finished(directory: Path) -> int:
 def kills(trials: int, episodes: int, workers: int, times: int) -> int:
     rng, done = random.Random(0), 0
     with tempfile.TemporaryDirectory() as folder:
-        file = sweep_file(Path(folder), trials, episodes)
-        whole, out = Path(folder) / "whole", Path(folder) / "killed"
-        run_sweep(file, whole, workers=workers)
-        command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
+        whole, out, command = undisturbed(Path(folder), trials, episodes, workers)
         while True:
             process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
             if done < times:
@@ -100,7 +109,7 @@ def kills(trials: int, episodes: int, workers: int, times: int) -> int:
         lines = (out / "journal.jsonl").read_text().splitlines()
         begun = sum('"status":"running"' in line for line in lines)
         ends = Counter(line[:32] for line in lines if '"status":"succeeded"' in line)
-        same = all(rows(out, table) == rows(whole, table) for table in ("trials", "episodes"))
+        same = same_tables(out, whole)
         twice = sum(count > 1 for count in ends.values())
         print(f"{trials} trials, {done} kills: tables equal {same}, finished twice {twice}, "
               f"begun again {begun - trials} (at most {workers * done})")  # fmt: skip
@@ -111,10 +120,7 @@ def kills(trials: int, episodes: int, workers: int, times: int) -> int:
 def worker_kills(trials: int, episodes: int, workers: int, times: int) -> int:
     rng, done = random.Random(0), 0
     with tempfile.TemporaryDirectory() as folder:
-        file = sweep_file(Path(folder), trials, episodes)
-        whole, out = Path(folder) / "whole", Path(folder) / "killed"
-        run_sweep(file, whole, workers=workers)
-        command = [sys.executable, "-m", "colonysim", "sweep", str(file), "-o", str(out), "-w", str(workers), "-q"]
+        whole, out, command = undisturbed(Path(folder), trials, episodes, workers)
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         while process.poll() is None:
@@ -125,7 +131,7 @@ def worker_kills(trials: int, episodes: int, workers: int, times: int) -> int:
                 os.kill(int(child), signal.SIGKILL)
                 done += 1
             time.sleep(0.005)
-        same = all(rows(out, table) == rows(whole, table) for table in ("trials", "episodes"))
+        same = same_tables(out, whole)
     print(f"{trials} trials, {done} workers killed: tables equal {same}, exit {process.returncode}")
     return int(not same or process.returncode != 0)
 
@@ -156,7 +162,7 @@ def on_ray(trials: int, episodes: int) -> int:
         run_sweep(file, out, engine="ray", on_outcome=watch)
         ray.shutdown()
         cluster.shutdown()
-        same = all(rows(out, table) == rows(whole, table) for table in ("trials", "episodes"))
+        same = same_tables(out, whole)
     print(f"{trials} trials on two nodes, one killed after {gone[0]}: tables equal {same}, "
           f"begun again {sum(begun) - trials}")  # fmt: skip
     return int(not same)

@@ -64,7 +64,7 @@ class Bullet:
 
     Attributes:
         feasible_way: An optional part of the protocol; None unless `feasibility` is "way".
-        recording: The other one.
+        recording: Another; whether poses and controls are kept for `rows`.
 
     Raises:
         MissingExtraError: PyBullet is not installed.
