@@ -73,6 +73,7 @@ class TrainingConfig:
         buffer: Capacity of the replay.
         batch: Transitions of one update (b).
         explore: First actions, chosen without the network (S).
+        mirror: Whether every other transition of a batch is seen in a mirror (`push/mirror.py`).
         demonstrations: Share of those that the demonstrator chooses; the others are drawn uniformly.
         update_from: Transitions in the replay before the first update.
         update_every: Actions between two updates.
@@ -104,6 +105,7 @@ class TrainingConfig:
     buffer: int = 150_000
     batch: int = 128
     explore: int = 6_000
+    mirror: bool = True
     demonstrations: float = 0.7
     update_from: int = 1_000
     update_every: int = 2
@@ -111,7 +113,7 @@ class TrainingConfig:
     epsilon: float = 0.15
     epsilon_decay: float = 0.999
     epsilon_floor: float = 0.02
-    actions: int | None = 144_000
+    actions: int | None = 180_000
     episodes: int | None = None
     train_block: int = 100
     test_block: int = 20
@@ -147,6 +149,7 @@ PRESETS: dict[str, TrainingConfig] = {
         steps=1,
         buffer=10_000,
         explore=1_000,
+        mirror=False,
         demonstrations=0.0,
         update_every=1,
         beta=8.0,

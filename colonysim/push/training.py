@@ -18,6 +18,7 @@ from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.demonstrator import demonstrate
 from colonysim.push.episode import Episode, Step
+from colonysim.push.mirror import mirror_signs, mirrored
 from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
 from colonysim.push.presets import PRESETS, StartMix, TrainingConfig
 from colonysim.push.replay import NStep, Replay
@@ -139,6 +140,7 @@ class _Run:
         start = random_network(config.inputs, config.hidden, self.rng)
         self.learner = _learner(start, config)
         self.replay = Replay(config.buffer, INPUTS[config.inputs])
+        self.signs = mirror_signs(config.inputs)
         self.epsilon = config.epsilon
         self.episodes = self.actions = self.tests = self.counted = 0
         self.history: list[Progress] = []
@@ -231,6 +233,8 @@ class _Run:
             self.actions += 1
             if self.actions % config.update_every == 0 and len(self.replay) >= max(config.update_from, config.batch):
                 batch = self.replay.sample(config.batch, self.rng)
+                if config.mirror:
+                    batch = mirrored(batch, self.signs, self.rng)
                 self._losses.append(self.learner.update(batch, self.share))
         episode.close()
         self.episodes += 1
