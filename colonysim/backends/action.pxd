@@ -8,9 +8,10 @@ cdef class Action:
     cdef public object manoeuvre
     cdef readonly object intent, origin
     cdef readonly bint held
+    cdef object _speeds
     cdef Py_ssize_t look_at
 
-    @cython.locals(left=double, right=double, ticks=Py_ssize_t)
+    @cython.locals(left=double, right=double, ticks=Py_ssize_t, held=cython.bint)
     cdef go_on(self, SceneType scene, Py_ssize_t agent)
 
 

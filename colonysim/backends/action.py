@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from colonysim.backends.traffic import LOOK_TICKS, closing_in, ticks_until_close
 
 if TYPE_CHECKING:
-    from colonysim.physics import Scene
+    from colonysim.physics import Scene, WheelSpeeds
     from colonysim.push.task import Manoeuvre, ManoeuvreResult
     from colonysim.world.intents import Push, Travel
 
@@ -27,7 +27,7 @@ class Action:
         look_at: The tick at which it looks out for other robots again.
     """
 
-    __slots__ = ("held", "intent", "look_at", "manoeuvre", "origin")
+    __slots__ = ("_speeds", "held", "intent", "look_at", "manoeuvre", "origin")
 
     def __init__(self, intent: Travel | Push, manoeuvre: Manoeuvre, origin: int) -> None:
         self.intent = intent
@@ -35,6 +35,7 @@ class Action:
         self.origin = origin
         self.held = False
         self.look_at = 0
+        self._speeds: WheelSpeeds | None = None
 
     def go_on(self, scene: Scene, agent: int) -> None:
         """Drives for one more tick, unless another robot is in the way.
@@ -42,16 +43,21 @@ class Action:
         Raises:
             StopIteration: The manoeuvre is over; its value is the result.
         """
-        left, right = speeds = next(self.manoeuvre)
-        ticks = scene.ticks
+        speeds = next(self.manoeuvre)
+        ticks, held = scene.ticks, self.held
         if ticks >= self.look_at and (ticks + agent) % LOOK_TICKS == 0:
             others = [scene.course(i) for i in scene.present_robots() if i != agent]
             here = scene.course(agent)
             self.held = closing_in(here, speeds, others)
             self.look_at = ticks + ticks_until_close(here, others)
+        # A scene keeps what it was asked for, and most speeds are those of the tick before.
+        if speeds is self._speeds and self.held == held:
+            return
+        self._speeds = speeds
         if self.held:
             scene.drive(agent, 0.0, 0.0)
         else:
+            left, right = speeds
             scene.drive(agent, left, right)
 
 

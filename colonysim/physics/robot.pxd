@@ -2,7 +2,7 @@
 cimport cython
 
 cdef double _CENTRE, _MASS, _GRIP, _WEIGHT, _SERVO, _YAW_INERTIA, _MAX_TORQUE, _UPRIGHT, _AT_REST, _DROWSY, _FALLING
-cdef double _RADIUS, _HALF_TRACK, _FASTEST, _AHEAD_PER_WHEELS, _TURN_PER_WHEELS
+cdef double _RADIUS, _HALF_TRACK, _FASTEST, _REACH, _AHEAD_PER_WHEELS, _TURN_PER_WHEELS
 cdef int _LOOK_TICKS
 
 
@@ -29,6 +29,9 @@ cdef class Traction:
 
     @cython.locals(px=double, py=double, x=double, y=double, z=double, w=double)
     cpdef tuple course(self)
+
+    @cython.locals(px=double, py=double, pz=double, x=double, y=double, z=double, w=double, height=double)
+    cpdef double lowest(self)
 
     cpdef ask(self, double left, double right)
     cpdef settle(self)

@@ -20,6 +20,8 @@ MAX_WHEEL_SPEED = 8.0
 """Radians per second."""
 BUMPER = 0.36
 """The bumper stands this far ahead of the robot's origin, metres (and the tail as far behind)."""
+REACH = BUMPER - 0.1
+"""Nose and tail are looked at this far from the robot's origin, metres."""
 HALF_WIDTH = 0.37
 """Half the width over the wheels, metres; the chassis itself is .305 m."""
 
@@ -48,7 +50,7 @@ _FALLING = 0.05
 _FORCE_AT = (0.0, 0.0, -0.19)
 _make = tuple.__new__
 # What others import is an object for Python; these are plain numbers once compiled.
-_RADIUS, _HALF_TRACK, _FASTEST = WHEEL_RADIUS, TRACK / 2, MAX_WHEEL_SPEED
+_RADIUS, _HALF_TRACK, _FASTEST, _REACH = WHEEL_RADIUS, TRACK / 2, MAX_WHEEL_SPEED, REACH
 _AHEAD_PER_WHEELS, _TURN_PER_WHEELS = WHEEL_RADIUS / 2, WHEEL_RADIUS / TRACK
 
 
@@ -170,6 +172,15 @@ class Traction:
             py - _CENTRE * (2 * (y * z - w * x)),
             atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
         )
+
+    def lowest(self) -> float:
+        """Height of the nose or the tail, whichever is lower; no finite number if the pose is none."""
+        frame = self._frame
+        if frame is None:
+            frame = self._frame = self._engine.pose(self.body)
+        (px, py, pz), (x, y, z, w) = frame
+        height = pz - _CENTRE * (1 - 2 * (x * x + y * y)) - _REACH * abs(2 * (w * y - z * x))
+        return height + 0.0 * (px + py)  # which says so if x or y are none
 
     def ask(self, left: float, right: float) -> None:
         """Set the wheel speeds, rad/s, each cut off at the motors' limit."""

@@ -3,7 +3,8 @@ cimport cython
 from colonysim.physics.robot cimport Traction
 from colonysim.physics.shapes cimport euler
 
-cdef double _CLOSER_IN_A_TICK
+cdef double _CLOSER_IN_A_TICK, _ENDLESS
+cdef int _FLIPPED_TICKS
 
 cpdef int ticks_to_close(double gap)
 
@@ -14,7 +15,7 @@ cdef class Scene:
     cdef readonly Py_ssize_t ticks
     cdef readonly double time
     cdef readonly list _boxes, _tractions, _tilted
-    cdef double _bottom, _highest_rim
+    cdef double _bottom, _safe
     cdef dict _box_poses, _seated
     cdef object _open_pits, _standing
 
@@ -28,11 +29,12 @@ cdef class Scene:
     cpdef box(self, Py_ssize_t i)
 
     @cython.locals(
-        x=double, y=double, z=double, roll=double, pitch=double, yaw=double, c=double, s=double, dip=double,
-        lowest=double, reach=double,
+        x=double, y=double, z=double, pitch=double, yaw=double, c=double, s=double, dip=double, lowest=double, reach=double,
+        tilted=int,
     )
     cpdef robot_fault(self, Py_ssize_t i)
 
+    @cython.locals(x=double, y=double, z=double, roll=double, pitch=double, yaw=double)
     cpdef box_fault(self, Py_ssize_t i)
     cpdef tuple present_robots(self)
     cdef _forget(self)

@@ -7,7 +7,7 @@ from typing import Self
 
 from colonysim.physics.bullet import BulletEngine
 from colonysim.physics.engine import Engine
-from colonysim.physics.robot import BUMPER, MAX_WHEEL_SPEED, WHEEL_RADIUS, Traction, build_robot, chassis_place
+from colonysim.physics.robot import MAX_WHEEL_SPEED, REACH, WHEEL_RADIUS, Traction, build_robot, chassis_place
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
 from colonysim.physics.terrain import Pit, Terrain
 
@@ -18,6 +18,9 @@ _ITERATIONS = 50
 _GROUND_FRICTION = 0.8
 _FLIPPED_TICKS = 30
 _SUNK = 0.08
+_FALLEN = 0.3
+_ENDLESS = math.inf
+_make = tuple.__new__
 _SEATED = 0.02
 _CLOSER_IN_A_TICK = 2 * MAX_WHEEL_SPEED * WHEEL_RADIUS * TICK_SECONDS
 _FOREVER = 1_000_000
@@ -85,7 +88,8 @@ class Scene:
         self._tilted = [0] * len(self._tractions)
         self._present = tuple(range(len(self._tractions)))
         self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
-        self._highest_rim = max([pit.rim for pit in terrain.pits], default=-math.inf)
+        # A robot whose lower end is no lower than this neither hangs in a pit nor has left the ground.
+        self._safe = max([self._bottom - _FALLEN] + [pit.rim - _SUNK for pit in terrain.pits])
         # Poses, and what follows from them, are asked for many times between two changes of the scene.
         self._box_poses: dict[int, Pose] = {}
         self._seated: dict[tuple[int, Pit, float], bool] = {}
@@ -136,7 +140,7 @@ class Scene:
         pose = self._box_poses.get(i)
         if pose is None:
             position, rotation = self._engine.pose(self._boxes[i])
-            pose = self._box_poses[i] = Pose(*position, *euler(rotation))
+            pose = self._box_poses[i] = _make(Pose, (*position, *euler(rotation)))
         return pose
 
     def has_robot(self, i: int) -> bool:
@@ -171,23 +175,21 @@ class Scene:
             second, `"in_pit"` when its nose, middle or tail hangs in a pit, `"fallen"` when it left the
             ground, else None.
         """
-        x, y, z, roll, pitch, yaw = self.robot(i)
-        if not math.isfinite(x + y + z + roll + pitch + yaw):
+        lowest, tilted = self._traction(i).lowest(), self._tilted[i]
+        # Most robots stand upright on the highest ground.
+        if self._safe <= lowest < _ENDLESS and tilted < _FLIPPED_TICKS:
+            return None
+        if not math.isfinite(lowest):
             return "nan"
-        if self._tilted[i] >= _FLIPPED_TICKS:
+        if tilted >= _FLIPPED_TICKS:
             return "flipped"
-        dip = math.sin(pitch)
-        lowest = z - (BUMPER - 0.1) * abs(dip)
-        # Most robots stand on the highest ground.
-        if lowest < self._highest_rim - _SUNK:
-            c, s = math.cos(yaw), math.sin(yaw)
-            for pit in self.terrain.pits:
-                if lowest >= pit.rim - _SUNK:
-                    continue
-                for reach in (BUMPER - 0.1, 0.0, 0.1 - BUMPER):
-                    if z - reach * dip < pit.rim - _SUNK and pit.contains(x + reach * c, y + reach * s):
-                        return "in_pit"
-        return "fallen" if z < self._bottom - 0.3 else None
+        x, y, z, _, pitch, yaw = self.robot(i)
+        dip, c, s = math.sin(pitch), math.cos(yaw), math.sin(yaw)
+        for pit in self.terrain.pits:
+            for reach in (REACH, 0.0, -REACH):
+                if z - reach * dip < pit.rim - _SUNK and pit.contains(x + reach * c, y + reach * s):
+                    return "in_pit"
+        return "fallen" if z < self._bottom - _FALLEN else None
 
     def robots_touch(self, i: int, j: int) -> bool:
         """Whether two robots pressed against each other in the last physics step."""
@@ -195,10 +197,10 @@ class Scene:
 
     def box_fault(self, i: int) -> str | None:
         """`"nan"` when a box's pose is no number, `"fallen"` when it left the ground, else None."""
-        pose = self.box(i)
-        if not all(map(math.isfinite, pose)):
+        x, y, z, roll, pitch, yaw = self.box(i)
+        if not math.isfinite(x + y + z + roll + pitch + yaw):
             return "nan"
-        return "fallen" if pose.z < self._bottom - 0.3 else None
+        return "fallen" if z < self._bottom - _FALLEN else None
 
     def box_seated(self, i: int, pit: Pit, tilt: float = 0.06) -> bool:
         """Whether a box lies level inside a pit, on the floor or on a stack of seated boxes.

@@ -75,7 +75,7 @@ class Pilot:
         """Hold wheel speeds for one tick; returns what ends the manoeuvre, else None."""
         self.note(control, chooser)
         yield speeds
-        return self.fault()
+        return None if self.scene.ticks % _FAULT_TICKS else self.fault()
 
     def note(self, control: str, chooser: Chooser = "script") -> None:
         """A control is held for one more tick."""
@@ -85,11 +85,9 @@ class Pilot:
         self._ticks += 1
 
     def fault(self) -> str | None:
-        """What ends the manoeuvre after a tick, else None."""
+        """What ends the manoeuvre now, else None; to be asked a few times a second."""
         scene = self.scene
-        if scene.time >= self.deadline:
-            return "timeout"
-        return None if scene.ticks % _FAULT_TICKS else scene.robot_fault(self.robot)
+        return "timeout" if scene.time >= self.deadline else scene.robot_fault(self.robot)
 
     def flush(self) -> None:
         """Report the control held so far to the log; to be called at a manoeuvre's end."""
@@ -175,8 +173,8 @@ class Pilot:
                 for _ in range(_HOLD_TICKS):
                     self.note(control)
                     yield speeds
-                    if fault := self.fault():
-                        return fault
+                if fault := self.fault():
+                    return fault
         return "done"
 
     def go(

@@ -85,10 +85,8 @@ def rl_push(
                     yield speeds
                     held += 1
                     spent += 1
-                    if reason := pilot.fault() or "":
-                        break
                 state = _look(scene, robot, task)
-                reason = reason or _table(scene, robot, task, state) or ("timeout" if spent >= limit else "")
+                reason = pilot.fault() or _table(scene, robot, task, state) or ("timeout" if spent >= limit else "")
             pilot.flush()
     finally:
         pilot.flush()
@@ -239,8 +237,8 @@ class _NetworkPart:
                     self._pilot.note(name, "network")
                     yield speeds
                     held += 1
-                    if fault := self._pilot.fault():
-                        return fault
+                if fault := self._pilot.fault():
+                    return fault
                 self._state = self._look()
                 reason = self._verdict()
             self._pilot.flush()

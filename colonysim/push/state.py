@@ -138,6 +138,8 @@ def features(states: npt.ArrayLike) -> npt.NDArray[np.float32]:
     Returns:
         Shape (23,) or (n, 23).
     """
+    if isinstance(states, State):  # what every action of a push is chosen from
+        return np.array(_features(states), dtype=np.float32)
     given = np.asarray(states, dtype=np.float64)
     made = [_features(state) for state in given.reshape(-1, len(State._fields)).tolist()]
     return np.array(made, dtype=np.float32).reshape(*given.shape[:-1], FEATURES)

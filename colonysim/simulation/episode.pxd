@@ -14,3 +14,5 @@ cdef class Episode:
     cdef public set finished
     cdef public double now, last_outcome, stall, limit
     cdef public bint stuck
+
+    cdef tuple _advance(self, double now, double tick, double due, double last)

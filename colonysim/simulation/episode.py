@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from colonysim.world.intents import Push, Wait
 from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
-    from colonysim.backends.protocol import Backend, Done
+    from colonysim.backends.protocol import Backend, Done, Finished
     from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Choice, Policy
     from colonysim.policies.view import LocalView
@@ -421,24 +421,30 @@ class Episode:
 
     def _clock(self, tick: float) -> Generator[simpy.Event, Any, None]:
         """Advances the backend while an action is pending; sleeps otherwise."""
-        env, advance = self.env, self.backend.advance
+        env = self.env
         while True:
             if not self.pending:
                 self.clock_wanted = env.event()
                 yield self.clock_wanted
                 self.clock_wanted = None
             yield env.timeout(tick)
-            began = now = env.now
-            finished = advance(now)
+            began = env.now
             # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
             # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
-            due, last = env.peek(), min(2 * began, self.limit, self.last_outcome + self.stall)
-            while not finished and now + tick < due and now + tick <= last:
-                now += tick
-                finished = advance(now)
+            last = min(2 * began, self.limit, self.last_outcome + self.stall)
+            now, finished = self._advance(began, tick, env.peek(), last)
             if now > began:
                 yield env.timeout(now - began)
             for agent, outcome in finished:
                 event = self.pending.pop(agent, None)
                 if event is not None:
                     event.succeed(outcome)
+
+    def _advance(self, now: float, tick: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
+        """Advances the backend, before `due` and up to `last`, until an action ends; returns when, and what did."""
+        advance = self.backend.advance
+        finished = advance(now)
+        while not finished and now + tick < due and now + tick <= last:
+            now += tick
+            finished = advance(now)
+        return now, finished
