@@ -1,24 +1,32 @@
 # The types of hole.py when it is compiled.
 cimport cython
 from colonysim.exact cimport exp
+from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
 cdef double FARTHEST, NOWHERE
 
 
 cdef class HoleTrail:
-    cdef object _best, _new, _place, _found
     cdef World _world
     cdef double _keep, _aged
     cdef bint _printed, _everywhere
-    cdef dict _far
+    cdef int _used
+    cdef int[::1] _start, _count, _room, _holes, _place, _found, _wrote
+    cdef double[::1] _fars, _best, _wrote_far
 
     @cython.locals(far=double)
     cpdef double at(self, int node, int key=*)
-    @cython.locals(trails=tuple, holes="int[::1]", fars="double[::1]", k=int)
+    @cython.locals(start=int, k=int)
     cpdef double farness(self, int node, int hole)
+    @cython.locals(start=int, k=int, found=list)
+    cpdef keys(self, int node)
+    @cython.locals(count=int, i=int)
+    cdef list _writes(self, int node, double level)
     @cython.locals(
-        world=World, aged=double, trails=tuple, holes="int[::1]", fars="double[::1]", best="double[::1]", place="int[::1]",
-        found="int[::1]", count=int, hole=int, length=double, far=double, through=double, k=int, i=int, writes=list, fresh=list,
+        sight=Sight, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, wrote=int, hole=int,
+        length=double, far=double, through=double, way=int, j=int, start=int, k=int, i=int,
     )
-    cdef list _update(self, int node, double level)
+    cpdef int update(self, int node, double level)
+    @cython.locals(start=int, count=int, room=int, k=int)
+    cdef _append(self, int node, int hole, double far)

@@ -10,7 +10,7 @@ from colonysim.exact import exp, log
 from colonysim.pheromones.field import Write
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from colonysim.pheromones.field import Visit
     from colonysim.world.state import World
@@ -20,6 +20,8 @@ __all__ = ["HoleTrail"]
 # exp(-700) is the smallest trail that a float can still show; farther than that there is none.
 FARTHEST = 700.0
 NOWHERE = float("inf")
+SMALLEST = 1024
+"""Room for trails at first."""
 
 
 class HoleTrail:
@@ -50,14 +52,18 @@ class HoleTrail:
         self._keep = evaporation
         self._printed = rule == "min"
         self._everywhere = everywhere
-        # For each node that has trails their holes, in the order in which they came, and -ln H less what evaporated.
-        self._far: dict[int, tuple[array[int], array[float]]] = {}
+        # The trails of a node lie together, in the order in which they came: `room` places from `start` on, of which
+        # `count` are taken by a hole and -ln H less what evaporated.
+        size = len(world.topology)
+        self._start, self._count, self._room = (array("i", bytes(4 * size)) for _ in range(3))
+        self._used, self._holes, self._fars = 0, array("i", bytes(4 * SMALLEST)), array("d", bytes(8 * SMALLEST))
         self._aged = 0.0
-        # For an update: by hole the least, FARTHEST where there is none, what is written, and where it stands at the
-        # node; and the holes that have something.
+        # For an update: by hole the least, FARTHEST where there is none, and where it stands at the node; the holes
+        # that have something; and what was written.
         holes = len(world.scenario.holes)
-        self._best, self._new = array("d", [FARTHEST]) * holes, array("d", [0.0]) * holes
-        self._place, self._found = array("i", [-1]) * holes, array("i", [0]) * holes
+        self._best, self._place = array("d", [FARTHEST]) * holes, array("i", [-1]) * holes
+        self._found, self._wrote = array("i", [0]) * holes, array("i", [0]) * holes
+        self._wrote_far = array("d", [0.0]) * holes
 
     def at(self, node: int, key: int = -1) -> float:
         """H of the hole `key` at a node, 0 where there is no trail."""
@@ -66,74 +72,93 @@ class HoleTrail:
 
     def farness(self, node: int, hole: int) -> float:
         """-ln H: comparisons on it need no exponential, so they are the same on every processor."""
-        trails = self._far.get(node)
-        if trails is not None:
-            holes, fars = trails
-            for k in range(len(holes)):
-                if holes[k] == hole:
-                    return fars[k] + self._aged
+        start = self._start[node]
+        for k in range(start, start + self._count[node]):
+            if self._holes[k] == hole:
+                return self._fars[k] + self._aged
         return NOWHERE
 
     def keys(self, node: int) -> Sequence[int]:
         """The holes that have a trail at a node, ascending."""
-        trails = self._far.get(node)
-        return [hole for hole in sorted(trails[0]) if self.farness(node, hole) < FARTHEST] if trails else []
+        found: list[int] = []
+        start = self._start[node]
+        for k in range(start, start + self._count[node]):
+            if self._fars[k] + self._aged < FARTHEST:
+                found.append(self._holes[k])
+        found.sort()
+        return found
 
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """Algorithm 5 on the visited node."""
         if visit.moment == "claim" or not self._world.scenario.holes:
             return ()
-        writes = self._update(visit.node, visit.level)
+        writes = self._writes(visit.node, visit.level)
         if self._everywhere:
             for node, surface in enumerate(self._world.surface):
                 if node != visit.node:
-                    writes += self._update(node, surface)
+                    writes += self._writes(node, surface)
         return writes
 
-    def _update(self, node: int, level: float) -> list[Write]:
+    def _writes(self, node: int, level: float) -> list[Write]:
         if self._printed:
             return self._update_as_printed(node, level)
-        world, aged = self._world, self._aged
-        best, found, place, count = self._best, self._found, self._place, 0
-        for hole in world.holes_near(node):
+        count = self.update(node, level)
+        return [Write(node, self._wrote[i], exp(-self._wrote_far[i])) for i in range(count)]
+
+    def update(self, node: int, level: float) -> int:
+        """The rule "max" on one node; returns how many trails have changed."""
+        sight, aged = self._world.sight(), self._aged
+        best, found, place, count, wrote = self._best, self._found, self._place, 0, 0
+        for hole in self._world.holes_near(node):
             best[hole], found[count] = 0.0, hole
             count += 1
-        for j, length in world.ways(level, node):
-            trails = self._far.get(j)
-            if trails is not None:
-                holes, fars = trails
-                for k in range(len(holes)):
-                    hole, through = holes[k], fars[k] + aged + length
+        for way in range(sight.first[node], sight.first[node + 1]):
+            j, length = sight.ends[way], sight.lengths[way]
+            if self._count[j] and sight.follows(level, way):
+                start = self._start[j]
+                for k in range(start, start + self._count[j]):
+                    hole, through = self._holes[k], self._fars[k] + aged + length
                     if through < best[hole]:
                         if best[hole] == FARTHEST:
                             found[count] = hole
                             count += 1
                         best[hole] = through
-        writes: list[Write] = []
-        if not count:
-            return writes
-        trails = self._far.get(node) or (array("i"), array("d"))
-        holes, fars = trails
-        for k in range(len(holes)):
-            place[holes[k]] = k
-        fresh: list[int] = []
+        start = self._start[node]
+        for k in range(start, start + self._count[node]):
+            place[self._holes[k]] = k - start
         for i in range(count):
             hole = found[i]
             far, best[hole], k = best[hole], FARTHEST, place[hole]
             if k < 0:
-                fresh.append(hole)
-            elif far < fars[k] + aged:
-                fars[k] = far - aged
+                self._append(node, hole, far - aged)  # which may move the others
+            elif far < self._fars[self._start[node] + k] + aged:
+                self._fars[self._start[node] + k] = far - aged
             else:
                 continue
-            writes.append(Write(node, hole, exp(-far)))
-            self._new[hole] = far - aged
-        for k in range(len(holes)):
-            place[holes[k]] = -1
-        if fresh:
-            added = array("d", [self._new[hole] for hole in fresh])
-            self._far[node] = (trails[0] + array("i", fresh), trails[1] + added)
-        return writes
+            self._wrote[wrote], self._wrote_far[wrote] = hole, far
+            wrote += 1
+        start = self._start[node]
+        for k in range(start, start + self._count[node]):
+            place[self._holes[k]] = -1
+        return wrote
+
+    def _append(self, node: int, hole: int, far: float) -> None:
+        """One trail more at a node; where there is no place left beside its others they move to the end."""
+        start, count = self._start[node], self._count[node]
+        if count == self._room[node]:
+            room = max(4, 2 * count)
+            if self._used + room > len(self._holes):
+                # Not in place: compiled code looks at the old arrays.
+                grown = bytes(4 * max(room, len(self._holes)))
+                self._holes, self._fars = (
+                    array("i", self._holes) + array("i", grown), array("d", self._fars) + array("d", 2 * grown)
+                )  # fmt: skip
+            for k in range(count):
+                self._holes[self._used + k], self._fars[self._used + k] = self._holes[start + k], self._fars[start + k]
+            self._start[node], self._room[node] = self._used, room
+            start, self._used = self._used, self._used + room
+        self._holes[start + count], self._fars[start + count] = hole, far
+        self._count[node] = count + 1
 
     def _update_as_printed(self, node: int, level: float) -> list[Write]:
         """The minimum over the neighbours, the exponent's sign mended; a neighbour without a trail counts 0."""
@@ -148,16 +173,22 @@ class HoleTrail:
                 writes.append(Write(node, hole, exp(-far)))
             else:
                 trails.pop(hole, None)
-        self._far[node] = array("i", trails), array("d", trails.values())
+        self._replace(node, trails)
         return writes
 
     def _trails(self, node: int) -> dict[int, float]:
-        return dict(zip(*self._far.get(node, ((), ())), strict=True))
+        start, end = self._start[node], self._start[node] + self._count[node]
+        return dict(zip(self._holes[start:end], self._fars[start:end], strict=True))
+
+    def _replace(self, node: int, trails: Mapping[int, float]) -> None:
+        self._count[node] = 0
+        for hole, far in trails.items():
+            self._append(node, hole, far)
 
     def end_episode(self) -> None:
         """Evaporates every trail, or resets it."""
         if self._keep <= 0.0:
-            self._far.clear()
+            self._count = array("i", bytes(4 * len(self._count)))
             self._aged = 0.0
         elif self._keep < 1.0:
             self._aged -= log(self._keep)
@@ -166,8 +197,9 @@ class HoleTrail:
         """H of every hole at every node where there is a trail."""
         return [
             Write(node, hole, self.at(node, hole))
-            for node in sorted(self._far)
-            for hole in sorted(self._far[node][0])
+            for node, count in enumerate(self._count)
+            if count
+            for hole in sorted(self._trails(node))
             if self.at(node, hole) > 0.0
         ]
 
@@ -175,5 +207,4 @@ class HoleTrail:
         """Takes over trails."""
         for node, hole, value in frame:
             if value > 0.0:
-                trails = self._trails(node) | {hole: -log(value) - self._aged}
-                self._far[node] = array("i", trails), array("d", trails.values())
+                self._replace(node, self._trails(node) | {hole: -log(value) - self._aged})
