@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from colonysim.pheromones.field import Write
+from colonysim.pheromones.marks import Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["BoxWorth"]
 
 
-class BoxWorth:
+class BoxWorth(Marks):
     """B of each pair of box and hole: lowered when the box is claimed, raised when somebody crosses on it.
 
     Args:

@@ -7,6 +7,7 @@ from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Literal
 
 from colonysim.pheromones.field import Write
+from colonysim.pheromones.marks import Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -39,7 +40,7 @@ def extent(world: World) -> float:
     return max(far.values())
 
 
-class Distance:
+class Distance(Marks):
     """D = d_max - d, where d is a node's distance to the goal as far as its visitors know.
 
     Args:
@@ -63,7 +64,6 @@ class Distance:
     """
 
     name = "D"
-    by_box = False
 
     def __init__(
         self,

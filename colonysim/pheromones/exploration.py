@@ -6,6 +6,7 @@ from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.pheromones.field import Write
+from colonysim.pheromones.marks import Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -19,7 +20,7 @@ __all__ = ["Exploration"]
 SMALLEST_SCALE = 1e-100
 
 
-class Exploration:
+class Exploration(Marks):
     """E counts visits; an episode's end maps every value by E -> a E - b, applied when a value is read.
 
     Args:
@@ -37,7 +38,6 @@ class Exploration:
     """
 
     name = "E"
-    by_box = False
 
     def __init__(
         self, world: World, *, evaporation: float | None = 0.5, on_wait: bool = False, at_start: bool = True

@@ -1,13 +1,14 @@
 # The types of hole.py when it is compiled.
 cimport cython
 from colonysim.exact cimport exp
+from colonysim.pheromones.marks cimport Marks
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
 cdef double FARTHEST, NOWHERE
 
 
-cdef class HoleTrail:
+cdef class HoleTrail(Marks):
     cdef World _world
     cdef double _keep, _aged
     cdef bint _printed, _everywhere
@@ -15,13 +16,15 @@ cdef class HoleTrail:
     cdef int[::1] _start, _count, _room, _holes, _place, _found, _wrote
     cdef double[::1] _fars, _best, _wrote_far
 
+    @cython.locals(world=World, twin=HoleTrail)
+    cpdef __deepcopy__(self, memo)
     @cython.locals(far=double)
-    cpdef double at(self, int node, int key=*)
+    cpdef double at(self, int node, int key=*) except? -1
     @cython.locals(start=int, k=int)
     cpdef double farness(self, int node, int hole)
     @cython.locals(start=int, k=int, found=list)
     cpdef keys(self, int node)
-    @cython.locals(count=int, i=int)
+    @cython.locals(count=int, i=cython.Py_ssize_t)
     cdef list _writes(self, int node, double level)
     @cython.locals(
         sight=Sight, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, wrote=int, hole=int,

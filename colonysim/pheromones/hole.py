@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import copy
 from array import array
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.exact import exp, log
 from colonysim.pheromones.field import Write
+from colonysim.pheromones.marks import Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +26,7 @@ SMALLEST = 1024
 """Room for trails at first."""
 
 
-class HoleTrail:
+class HoleTrail(Marks):
     """H of each hole at each node, kept as -ln H: a distance, to which evaporation only adds.
 
     H becomes 1 where the hole is within R, else the larger of its own value and the largest of its reachable
@@ -38,7 +40,6 @@ class HoleTrail:
     """
 
     name = "H"
-    by_box = False
 
     def __init__(
         self,
@@ -64,6 +65,18 @@ class HoleTrail:
         self._best, self._place = array("d", [FARTHEST]) * holes, array("i", [-1]) * holes
         self._found, self._wrote = array("i", [0]) * holes, array("i", [0]) * holes
         self._wrote_far = array("d", [0.0]) * holes
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> HoleTrail:
+        """The same trails in a copy of the world; the windows through which compiled code sees them stay behind."""
+        rule: Literal["max", "min"] = "min" if self._printed else "max"
+        world = copy.deepcopy(self._world, memo)
+        twin = HoleTrail(world, evaporation=self._keep, rule=rule, everywhere=self._everywhere)
+        twin._aged, twin._used = self._aged, self._used
+        twin._start, twin._count, twin._room = (
+            array("i", self._start), array("i", self._count), array("i", self._room)
+        )  # fmt: skip
+        twin._holes, twin._fars = array("i", self._holes), array("d", self._fars)
+        return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """H of the hole `key` at a node, 0 where there is no trail."""

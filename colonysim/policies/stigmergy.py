@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
 from colonysim.plugins import field_class
 from colonysim.policies.choice import sample, softmax
-from colonysim.policies.paths import likely_way, nearest_box, way_to_hole
-from colonysim.policies.policy import Choice
+from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
-from colonysim.world.intents import Push, Travel, Wait
+from colonysim.policies.thought import Memory, Thought
+from colonysim.world.intents import Wait
 
 if TYPE_CHECKING:
     import random
@@ -20,35 +18,13 @@ if TYPE_CHECKING:
 
     from colonysim.pheromones.field import Field
     from colonysim.policies.paths import Way
+    from colonysim.policies.policy import Choice
     from colonysim.policies.settings import StigmergySettings
     from colonysim.policies.view import LocalView
     from colonysim.world.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["Memory", "Stigmergy"]
-
-
-@dataclass(frozen=True, slots=True)
-class Memory:
-    """What an agent remembers from one decision to the next.
-
-    Attributes:
-        epsilon: Its chance to explore.
-        box: The box it is committed to, or -1.
-        hole: The hole (key) which that box is meant for, or -1.
-        way: The box's way as last planned, with the hole in sight.
-        sought: A box it is on its way to, or -1; `hole` and `way` are then those meant for it.
-        shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
-        shunned_at: The node at which it dropped that box.
-    """
-
-    epsilon: float
-    box: int = -1
-    hole: int = -1
-    way: Way = ()
-    sought: int = -1
-    shunned: int = -1
-    shunned_at: int = -1
+__all__ = ["Memory", "Stigmergy", "Thought"]
 
 
 class Stigmergy:
@@ -64,6 +40,10 @@ class Stigmergy:
         preset = scenario.parameters.get("preset", "colony")
         self.name = str(preset) if settings is None else "stigmergy"
         self._goal = scenario.goal
+        # Asked for in every decision.
+        s = self.settings
+        self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
+        self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry.
@@ -114,8 +94,12 @@ class Stigmergy:
 
     def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
         """Algorithm 9 for one agent."""
+        return self.think(view, memory, random).choice()
+
+    def think(self, view: LocalView, memory: Memory, random: random.Random) -> Thought:
+        """`decide`, before it is put into words."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
-            memory = dataclasses.replace(memory, shunned=-1, shunned_at=-1)
+            memory = Memory(memory.epsilon, memory.box, memory.hole, memory.way, memory.sought)
         if memory.box >= 0:
             carried = self._carry(view, memory)
             if carried is not None:
@@ -126,7 +110,7 @@ class Stigmergy:
 
     # -- with a box ------------------------------------------------------------------------------------------------
 
-    def _carry(self, view: LocalView, memory: Memory) -> Choice | None:
+    def _carry(self, view: LocalView, memory: Memory) -> Thought | None:
         """The next push of the box the agent is committed to, a wait, or None to give it up."""
         box, hole, s = memory.box, memory.hole, self.settings
         if view.held_box != box or (s.tries is not None and view.failures >= s.tries):
@@ -141,16 +125,18 @@ class Stigmergy:
         node = way[1]
         if not view.foresees and view.feasible(box, (node,))[0] < s.feasibility:
             return None
+        thought = Thought(memory)
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
-            return Choice(Push(box, node, hole), memory)
+            thought.box, thought.node, thought.hole = box, node, hole
+            return thought
         if self._impatient(view):
             return None
         seconds = None if s.patience is None else (s.patience - view.waited) * view.edge_seconds
-        return Choice(Wait(self._causes(view, (node,)), seconds, node if s.ask_to_clear else -1), memory)
+        thought.wait = Wait(self._causes(view, (node,)), seconds, node if s.ask_to_clear else -1)
+        return thought
 
     def _impatient(self, view: LocalView) -> bool:
-        patience = self.settings.patience
-        return patience is not None and view.waited >= patience - 1e-9
+        return view.waited >= self._patience - 1e-9
 
     def _way(self, view: LocalView, box: int, hole: int, planned: Way = ()) -> Way:
         """The way on which a visible box comes nearer to a hole; beyond its next node it may be unknown.
@@ -162,7 +148,7 @@ class Stigmergy:
         if hole in view.holes():
             if view.hole_node(hole) == at or not self._has_room(view, box, hole):
                 return ()
-            way = way_to_hole(view, box, hole, self._goal)
+            way = view.way_to_hole(box, hole, self._goal)
             if way:
                 return way
         elif at in planned[:-1]:
@@ -207,7 +193,7 @@ class Stigmergy:
             elif hole not in view.holes():
                 way = planned if at in planned[:1] else ()
             else:
-                way = way_to_hole(view, box, hole, self._goal) if self._has_room(view, box, hole) else ()
+                way = view.way_to_hole(box, hole, self._goal) if self._has_room(view, box, hole) else ()
             if way and asked and view.foresees:
                 way = self._likely_way(view, box, hole, way)
             if way:
@@ -219,19 +205,19 @@ class Stigmergy:
 
     # -- without a box ---------------------------------------------------------------------------------------------
 
-    def _choose(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
+    def _choose(self, view: LocalView, memory: Memory, random: random.Random) -> Thought:
         options = view.exits()
-        if self.settings.collision == "two_node":
+        if self._two_node:
             options = [j for j in options if not view.crowded(j)]
-        if self.settings.ask_to_clear:
+        if self._ask_to_clear:
             options = [j for j in options if not view.wanted(j)]
-        if view.asked_to_clear and options:
-            return self._follow_distance(view, memory, random, options, -1, -1, None)
+        if options and view.wanted(view.node):
+            return self._follow_distance(view, memory, random, options)
         if random.random() < memory.epsilon:
             return self._explore(view, memory, random, options)
         return self._exploit(view, memory, random, options)
 
-    def _explore(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
+    def _explore(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Thought:
         """Follows E; the node of a box that could be pushed counts as an option."""
         s = self.settings
         targets: dict[int, list[tuple[int, Way]]] = {}
@@ -242,48 +228,53 @@ class Stigmergy:
                 found = self._targets(view, memory, box, at) if self._allowed(view, at) else []
                 if found:
                     targets[at], held[at] = found, box
-        nodes = sorted({*options, *targets})
+        nodes = sorted({*options, *targets}) if targets else options
         if s.epsilon_per == "choice":
-            memory = dataclasses.replace(memory, epsilon=max(s.epsilon_floor, memory.epsilon * s.epsilon_decay))
+            epsilon = max(s.epsilon_floor, memory.epsilon * s.epsilon_decay)
+            memory = Memory(
+                epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at
+            )
         if not nodes:
-            return self._follow_distance(view, memory, random, options, -1, -1, None)
-        marks = view.fields["E"]
-        chances = softmax([-value for value in marks.values(nodes)], s.beta)
+            return self._follow_distance(view, memory, random, options)
+        chances = softmax([-value for value in view.fields["E"].values(nodes)], self._beta)
         chosen = nodes[sample(chances, random)]
-        boxes = tuple(held.get(node, -1) for node in nodes)
+        boxes = [held.get(node, -1) for node in nodes]
+        thought = Thought(memory)
+        thought.node = chosen
         if chosen in targets:
             holes = targets[chosen]
             hole, way = holes[int(random.random() * len(holes))]
-            intent, memory = self._claim(view, memory, held[chosen], hole, way)
-            return Choice(intent, memory, True, tuple(nodes), boxes, tuple(chances))
-        return Choice(Travel(chosen), memory, True, tuple(nodes), boxes, tuple(chances))
+            thought = self._claim(view, memory, held[chosen], hole, way)
+        thought.explored, thought.nodes, thought.boxes, thought.chances = True, nodes, boxes, chances
+        return thought
 
-    def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Choice:
+    def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Thought:
         """Weighs B of the nearest box against D of the neighbours."""
-        seen = nearest_box(view, (memory.shunned,), self._goal)
+        seen = view.nearest_box((memory.shunned,), self._goal)
         if seen is None:
-            return self._follow_distance(view, memory, random, options, -1, -1, None)
+            return self._follow_distance(view, memory, random, options)
         box, first = seen
         if first != view.node and not self._allowed(view, first):
-            return self._follow_distance(view, memory, random, options, -1, -1, None)
+            return self._follow_distance(view, memory, random, options)
         found = self._targets(view, memory, box, first)
         if not found:
-            return self._follow_distance(view, memory, random, options, -1, -1, None)
+            return self._follow_distance(view, memory, random, options)
         worth = view.fields["B"]
         values = [worth.at(box, hole) for hole, _ in found]
-        pick = sample(softmax(values, self.settings.beta), random) if len(found) > 1 else 0
-        return self._follow_distance(view, memory, random, options, box, first, (values[pick], *found[pick]))
+        pick = sample(softmax(values, self._beta), random) if len(found) > 1 else 0
+        return self._follow_distance(view, memory, random, options, box, first, values[pick], found[pick])
 
     def _follow_distance(
         self,
         view: LocalView,
         memory: Memory,
         random: random.Random,
-        options: Sequence[int],
-        box: int,
-        towards: int,
-        target: tuple[float, int, Way] | None,
-    ) -> Choice:
+        options: list[int],
+        box: int = -1,
+        towards: int = -1,
+        worth: float = 0.0,
+        target: tuple[int, Way] | None = None,
+    ) -> Thought:
         """One softmax over D of the neighbours and, if there is a box to go for, its B.
 
         Args:
@@ -293,34 +284,36 @@ class Stigmergy:
             options: Neighbours it could travel to.
             box: The box to go for, or -1.
             towards: The first node on the way to it.
-            target: B of that box, the hole it is meant for, and the box's way there.
+            worth: B of that box.
+            target: The hole that box is meant for, and the box's way there.
         """
-        values = view.fields["D"].values(options)
-        nodes, boxes = tuple(options), (-1,) * len(options)
+        values, nodes, boxes = view.fields["D"].values(options), options, [-1] * len(options)
         if target is not None:
-            values.append(target[0])
-            nodes, boxes = (*nodes, towards), (*boxes, box)
+            values.append(worth)
+            nodes, boxes = [*nodes, towards], [*boxes, box]
         elif self.settings.step_past and self._shut_in(view, values):
             beside = self._boxes_to_pass(view, memory)
             values += view.fields["D"].values(list(beside))
-            nodes, boxes = (*nodes, *beside), (*boxes, *beside.values())
+            nodes, boxes = [*nodes, *beside], [*boxes, *beside.values()]
+        thought = Thought(memory)
         if not values:  # whatever could give an idle agent something to do by changing
-            return Choice(Wait(view.around()), memory)
-        chances = softmax(values, self.settings.beta)
+            thought.wait = Wait(view.around())
+            return thought
+        chances = softmax(values, self._beta)
         i = sample(chances, random)
         if i < len(options):
-            return Choice(Travel(nodes[i]), memory, False, nodes, boxes, tuple(chances))
-        intent: Travel | Push | Wait
-        if target is None:
-            intent = Push(boxes[i], nodes[i], -1)
-            memory = Memory(memory.epsilon, shunned=boxes[i], shunned_at=nodes[i])
+            thought.node = nodes[i]
+        elif target is None:
+            thought = Thought(Memory(memory.epsilon, shunned=boxes[i], shunned_at=nodes[i]))
+            thought.box, thought.node = boxes[i], nodes[i]
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
-            intent, memory = self._claim(view, memory, box, target[1], target[2])
+            thought = self._claim(view, memory, box, target[0], target[1])
         else:
-            intent = Travel(towards)
             if self.settings.errands:
-                memory = dataclasses.replace(memory, sought=box, hole=target[1], way=target[2])
-        return Choice(intent, memory, False, nodes, boxes, tuple(chances))
+                thought = Thought(Memory(memory.epsilon, memory.box, *target, box, memory.shunned, memory.shunned_at))
+            thought.node = towards
+        thought.nodes, thought.boxes, thought.chances = nodes, boxes, chances
+        return thought
 
     def _shut_in(self, view: LocalView, values: Sequence[float]) -> bool:
         """Whether the agent has no way out, or none from which it knows a way to the goal, given D of its exits."""
@@ -335,24 +328,25 @@ class Stigmergy:
             if node in view.neighbours and view.graspable_from(view.node, box) and self._allowed(view, node)
         }
 
-    def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> tuple[Push | Wait, Memory]:
+    def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> Thought:
         """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
-        committed = Memory(memory.epsilon, box, hole, way if self.settings.errands else ())
-        at = view.box_node(box)
+        thought = Thought(Memory(memory.epsilon, box, hole, way if self.settings.errands else ()))
+        thought.box, thought.hole, at = box, hole, view.box_node(box)
         if at != view.node:
-            return Push(box, at, hole), committed
-        first = way[1]
-        if self._allowed(view, first):
-            return Push(box, first, hole), committed
-        seconds = self.settings.patience
-        return Wait(self._causes(view, (first,)), None if seconds is None else seconds * view.edge_seconds), memory
+            thought.node = at
+        elif self._allowed(view, way[1]):
+            thought.node = way[1]
+        else:
+            seconds, thought = self.settings.patience, Thought(memory)
+            limit = None if seconds is None else seconds * view.edge_seconds
+            thought.wait = Wait(self._causes(view, (way[1],)), limit)
+        return thought
 
     def _allowed(self, view: LocalView, node: int) -> bool:
         """Whether the collision rule lets the agent go to a neighbour (Algorithm 8, or reservations)."""
-        s = self.settings
-        if not view.free(node) or (s.ask_to_clear and view.wanted(node)):
+        if not view.free(node) or (self._ask_to_clear and view.wanted(node)):
             return False
-        return not (s.collision == "two_node" and view.crowded(node))
+        return not (self._two_node and view.crowded(node))
 
     def _causes(self, view: LocalView, nodes: Sequence[int]) -> tuple[int, ...]:
         """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""

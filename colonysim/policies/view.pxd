@@ -1,5 +1,6 @@
 # The types of view.py when it is compiled.
 cimport cython
+from colonysim.pheromones.marks cimport Marks
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
@@ -7,9 +8,13 @@ from colonysim.world.state cimport World
 cdef class FieldWindow:
     cdef LocalView _view
     cdef public object _field
+    cdef Marks _marks
+    cdef bint _by_box
 
     cpdef double at(self, int node, int key=*) except? -1
+    @cython.locals(node=int)
     cpdef list values(self, nodes)
+    cpdef keys(self, int node)
     cdef int _check(self, int node) except -1
 
 
@@ -18,12 +23,14 @@ cdef class LocalView:
     cdef public object _backend, _feasible_way, refused
     cdef public int agent, node, failures
     cdef public double radius, edge_seconds, waited
+    cdef public bint foresees
     cdef public dict fields
     cdef public tuple neighbours
 
     cpdef look(self)
     cpdef bint sees(self, int node)
     cdef int _look_at(self, int node) except -1
+    cpdef bint beside_box(self, int node) except? -1
     cpdef tuple around(self)
     cpdef bint passable(self, int neighbour)
     cpdef list exits(self)

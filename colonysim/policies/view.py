@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from colonysim.pheromones.marks import Marks
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
@@ -25,11 +27,14 @@ class FieldWindow:
     The neighbours of an adjacent box count too: Algorithm 6 looks at them to find the box's holes.
     """
 
-    __slots__ = ("_field", "_view")
+    __slots__ = ("_by_box", "_field", "_marks", "_view")
 
     def __init__(self, view: LocalView, field: Field) -> None:
         self._view = view
         self._field = field
+        self._by_box = field.by_box
+        # Of our own fields compiled code reads the values directly.
+        self._marks = field if isinstance(field, Marks) else None
 
     def at(self, node: int, key: int = -1) -> float:
         """The value at a node (and key: the hole), or of a box (`node`) and hole (`key`).
@@ -38,7 +43,7 @@ class FieldWindow:
             OutOfSightError: The agent cannot read it from where it stands.
         """
         self._check(node)
-        return self._field.at(node, key)
+        return self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
 
     def values(self, nodes: Sequence[int]) -> list[float]:
         """The values at several nodes, of a field without keys.
@@ -46,11 +51,7 @@ class FieldWindow:
         Raises:
             OutOfSightError: The agent cannot read one of them from where it stands.
         """
-        near, at = self._view.neighbours, self._field.at
-        for node in nodes:
-            if node not in near:
-                self._check(node)
-        return [at(node) for node in nodes]
+        return [self.at(node) for node in nodes]
 
     def keys(self, node: int) -> Sequence[int]:
         """The keys (holes) that have a value at a node, ascending.
@@ -59,11 +60,11 @@ class FieldWindow:
             OutOfSightError: The agent cannot read it from where it stands.
         """
         self._check(node)
-        return self._field.keys(node)
+        return self._field.keys(node) if self._marks is None else self._marks.keys(node)
 
     def _check(self, node: int) -> None:
         view = self._view
-        if self._field.by_box:
+        if self._by_box:
             view.box_node(node)
         elif node != view.node and node not in view.neighbours and not view.beside_box(node):
             raise OutOfSightError(f"{self._field.name} of node {node} cannot be read from node {view.node}")
@@ -84,11 +85,12 @@ class LocalView:
         waited: For how many such units the agent has been waiting in a row.
         refused: What it wanted last and could not begin because the place was taken, or None.
         failures: How many of its actions in a row did not arrive.
+        foresees: Whether the backend can tell about more than the next push.
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours",
-        "node", "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "foresees",
+        "neighbours", "node", "radius", "refused", "waited",
     )  # fmt: skip
 
     def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
@@ -102,6 +104,7 @@ class LocalView:
         self.waited = 0.0
         self.refused: Intent | None = None
         self.failures = 0
+        self.foresees = self._feasible_way is not None
         self.node = world.agent_node[agent]
         self.neighbours = world.topology.neighbours[self.node]
 
@@ -229,8 +232,11 @@ class LocalView:
 
     def beside_box(self, node: int) -> bool:
         """Whether a node is a neighbour of a box that stands next to the agent or with it."""
-        topology, stacks = self._world.topology, self._world.stacks
-        return any(j in stacks for j in topology.neighbours[node] if j in self.neighbours)
+        stacks, near = self._world.stacks, self.neighbours
+        for j in self._world.topology.neighbours[node]:
+            if j in stacks and j in near:
+                return True
+        return False
 
     def graspable_from(self, node: int, box: int) -> bool:
         """Whether the agent, once on a visible node, could take hold of a box on it or next to it."""
@@ -328,11 +334,6 @@ class LocalView:
         for node in targets:
             self._look_at(node)
         return self._backend.feasible(self.agent, box, targets)
-
-    @property
-    def foresees(self) -> bool:
-        """Whether the backend can tell about more than the next push."""
-        return self._feasible_way is not None
 
     def feasible_way(self, box: int, way: Sequence[int]) -> Sequence[float]:
         """The backend's chance of each push along a way of visible nodes, given that those before it succeed.

@@ -1,0 +1,19 @@
+# The types of distance.py when it is compiled.
+cimport cython
+from colonysim.pheromones.marks cimport Marks
+
+cdef double UNKNOWN
+
+
+cdef class Distance(Marks):
+    cdef object _world
+    cdef int _goal
+    cdef bint _everywhere, _at_start
+    cdef public bint lrta, blank
+    cdef public double d_max
+    cdef public object straight, d, official, visited
+
+    @cython.locals(value=double)
+    cpdef double at(self, int node, int key=*) except? -1
+    @cython.locals(best=double, best_official=double, through=double, length=double, value=double)
+    cpdef _update(self, int node, double level)

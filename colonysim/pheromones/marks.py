@@ -1,0 +1,24 @@
+"""What the fields of this package have in common: compiled code reads them without detours (`marks.pxd`)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Marks"]
+
+
+class Marks:
+    """A field that can be read; see `Field` for what the rest of one does."""
+
+    by_box = False
+
+    def at(self, node: int, key: int = -1) -> float:
+        """The value at a node, or of a box."""
+        raise NotImplementedError
+
+    def keys(self, node: int) -> Sequence[int]:
+        """The keys that have a value at a node, ascending; empty for a field without keys."""
+        raise NotImplementedError

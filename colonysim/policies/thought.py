@@ -1,0 +1,100 @@
+"""What a stigmergic agent remembers, and what it has made up its mind to do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.policies.policy import Choice
+from colonysim.world.intents import Push, Travel
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from colonysim.policies.paths import Way
+    from colonysim.world.intents import Intent, Wait
+
+__all__ = ["Memory", "Thought"]
+
+
+class Memory:
+    """What an agent remembers from one decision to the next; never changed, only replaced.
+
+    Attributes:
+        epsilon: Its chance to explore.
+        box: The box it is committed to, or -1.
+        hole: The hole (key) which that box is meant for, or -1.
+        way: The box's way as last planned, with the hole in sight.
+        sought: A box it is on its way to, or -1; `hole` and `way` are then those meant for it.
+        shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
+        shunned_at: The node at which it dropped that box.
+    """
+
+    __slots__ = ("box", "epsilon", "hole", "shunned", "shunned_at", "sought", "way")
+
+    def __init__(
+        self,
+        epsilon: float,
+        box: int = -1,
+        hole: int = -1,
+        way: Way = (),
+        sought: int = -1,
+        shunned: int = -1,
+        shunned_at: int = -1,
+    ) -> None:
+        self.epsilon = epsilon
+        self.box = box
+        self.hole = hole
+        self.way = way
+        self.sought = sought
+        self.shunned = shunned
+        self.shunned_at = shunned_at
+
+    def _key(self) -> tuple[object, ...]:
+        return self.epsilon, self.box, self.hole, self.way, self.sought, self.shunned, self.shunned_at
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Memory) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        return f"Memory{self._key()}"
+
+
+class Thought:
+    """A decision before it is put into words: `choice` says it as other policies do.
+
+    Attributes:
+        memory: What the agent will remember.
+        wait: The wait that it has decided on, or None.
+        node: Where it wants to go otherwise.
+        box: The box it wants to take or push there, or -1.
+        hole: The hole (key) which that box is meant for, or -1.
+        explored: Whether it followed E.
+        nodes: What it chose between; empty if there was no choice.
+        boxes: For each of them the box meant, or -1.
+        chances: For each of them its chance.
+    """
+
+    __slots__ = ("box", "boxes", "chances", "explored", "hole", "memory", "node", "nodes", "wait")
+
+    def __init__(self, memory: Memory) -> None:
+        self.memory = memory
+        self.wait: Wait | None = None
+        self.node = self.box = self.hole = -1
+        self.explored = False
+        self.nodes: Sequence[int] = ()
+        self.boxes: Sequence[int] = ()
+        self.chances: Sequence[float] = ()
+
+    def choice(self) -> Choice:
+        """The decision as an intent with what it was taken from."""
+        intent: Intent
+        if self.wait is not None:
+            intent = self.wait
+        else:
+            intent = Travel(self.node) if self.box < 0 else Push(self.box, self.node, self.hole)
+        return Choice(
+            intent, self.memory, self.explored, tuple(self.nodes), tuple(self.boxes), tuple(self.chances)
+        )  # fmt: skip
