@@ -105,8 +105,9 @@ class Episode:
             self._begin(self._ticks())
         else:
             self.strides = strides_of(
-                world, self.fields, self.backend, self.policy, self.memories, self.views, self.random, self.steps, rows
-            )
+                world, self.fields, self.backend, self.policy, self.memories, self.views, self.random, self.steps, rows,
+                self._withdraw_request,
+            )  # fmt: skip
             for agent in range(len(self.views)):
                 self._begin(self._agent(agent))
         if self.backend.tick is not None:
@@ -164,11 +165,14 @@ class Episode:
         """Look, decide, reserve, act, deposit, until the agent is done."""
         strides = self.strides
         while True:
-            if strides is not None and (seconds := strides.depart(agent, self.now)) >= 0.0:
-                yield self._travels(agent, strides, seconds)
+            decided = None
+            if strides is not None:
+                if (seconds := strides.depart(agent, self.now)) >= 0.0:
+                    yield self._strides(agent, strides, seconds)
+                decided = strides.taken_back(agent)
             if self._done(agent):
                 return
-            choice = self._decide(agent)
+            choice = decided or self._decide(agent)
             intent = choice.intent
             if isinstance(intent, Wait):
                 yield from self._wait(agent, intent)
@@ -186,10 +190,10 @@ class Episode:
             if self._settle(agent, intent, outcome, began):
                 yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
 
-    def _travels(self, agent: int, strides: Strides, seconds: float) -> simpy.Event:
-        """Lets an agent travel on and on; the event comes when there may be more to decide than where to.
+    def _strides(self, agent: int, strides: Strides, seconds: float) -> simpy.Event:
+        """Lets an agent go on and on; the event comes when it is done, waits, or cannot do what it has decided.
 
-        One timer serves all the travels and the agent's process sleeps through them: SimPy's part of a step halves.
+        One timer serves all the steps and the agent's process sleeps through them: SimPy's part of a step halves.
         """
         env, timer, over = self.env, self.env.timeout(seconds), self.env.event()
 

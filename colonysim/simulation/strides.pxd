@@ -1,32 +1,55 @@
 # The types of strides.py when it is compiled.
 cimport cython
 from colonysim.exact cimport exp
+from colonysim.pheromones.hole cimport HoleTrail
+from colonysim.policies.stigmergy cimport Stigmergy
+from colonysim.policies.thought cimport Memory, Thought
+from colonysim.policies.view cimport LocalView
 from colonysim.trace.rows cimport Rows
 from colonysim.world.sight cimport Sight
+from colonysim.world.state cimport World
 
 cdef double UNKNOWN
 
 
 cdef class Strides:
     cdef int goal, max_steps
-    cdef double reach, d_max, scale, shift, beta, fixed, pace, jitter
-    cdef bint lrta, blank, marks_waits
+    cdef double reach, d_max, scale, shift, beta, fixed, pace, push_fixed, push_pace, jitter
+    cdef bint lrta, blank, marks_waits, plain
     cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, target, ways, options
+    cdef int[::1] box, hole, ends_at, hole_at
     cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
-    cdef list reserved, jitters, memories, views, draw, steps
-    cdef dict clear_requests
-    cdef object worth, trail, measured, visit
+    cdef list reserved, jitters, memories, views, random, draw, steps
+    cdef dict clear_requests, handed
+    cdef object worth, travels, pushes, visit, withdraw
+    cdef World world
+    cdef Stigmergy policy
+    cdef HoleTrail trail
     cdef Rows rows
     cdef Sight sight
 
+    @cython.locals(node=int, seconds=double, memory=Memory)
+    cpdef double depart(self, int agent, double now) except? -1
+
     @cython.locals(
-        node=int, steps=int, level=double, reach=double, way=int, j=int, target=int, count=int, chosen=int, surface="double[::1]",
+        level=double, reach=double, way=int, j=int, target=int, count=int, chosen=int, surface="double[::1]",
         occupant="int[::1]", holder="int[::1]", ends="int[::1]", options="int[::1]", explored=cython.bint,
     )
-    cpdef double depart(self, int agent, double now)
+    cdef double stroll(self, int agent, int node, double now) except? -1
 
-    cdef double hand_back(self, int agent)
+    @cython.locals(
+        view=LocalView, world=World, thought=Thought, target=int, box=int, level=double, ends_at=int, pushed=cython.bint,
+        possible=cython.bint, base=double, way=int,
+    )
+    cdef double think(self, int agent, int node, double now) except? -1
+
+    cdef int way(self, int node, int target)
+    cdef reserve(self, int agent, int target, double now)
+    @cython.locals(thought=Thought)
+    cpdef taken_back(self, int agent)
+    @cython.locals(view=LocalView)
+    cdef arrived(self, int agent)
 
     @cython.locals(i=int, last=int, chosen=int, top=double, total=double, chances="double[::1]", options="int[::1]", beta=double)
     cdef int choose(self, int count, bint explored, double rest)
@@ -37,12 +60,17 @@ cdef class Strides:
     cdef double nearness(self, int node)
 
     @cython.locals(took=double)
-    cdef double seconds(self, int agent, int i, int j, double length)
+    cdef double seconds(self, int agent, int i, int j, double length, bint pushed) except? -1
 
-    @cython.locals(origin=int, node=int, before=int)
+    @cython.locals(origin=int, target=int, before=int)
     cpdef tuple arrive(self, int agent)
 
-    @cython.locals(node=int, held=int, level=double, stays=cython.bint, rows=Rows)
+    @cython.locals(ends_at=int)
+    cdef push(self, int agent, int box, int origin, int target, int before)
+
+    @cython.locals(
+        node=int, held=int, level=double, stays=cython.bint, worth=cython.bint, trail=cython.bint, rows=Rows,
+    )
     cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
 
     @cython.locals(

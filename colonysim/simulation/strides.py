@@ -1,9 +1,10 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False
-"""Steps of agents that have nothing to do but travel: most of what happens on a large map, told in one breath.
+"""Steps of stigmergic agents in the node world, told in one breath: look, decision, reservation, step and deposits.
 
-An agent without a box, with none in sight, and that nobody asks to make way, can only choose a neighbour to travel to.
-Its look, decision, reservation, step and deposits are written out here on the flat arrays, without the objects that
-carry them elsewhere. The same rows come out, bit for bit: `tests/core/test_strides.py` compares both.
+What happens is written out here on the flat arrays, without the objects that carry it elsewhere; what does not come to
+pass at once, because the agent waits or a place is taken, is handed back. Most steps on a large map are strolls: an
+agent without a box, with none in sight, and that nobody asks to make way, can only choose a neighbour to travel to.
+Others are thought about by the policy. The same rows come out, bit for bit: `tests/core/test_strides.py` compares both.
 
 Installation compiles this file where there is a C compiler (`hatch_build.py`); `strides.pxd` says what its variables
 are then. It runs uncompiled too.
@@ -16,19 +17,20 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.nodeworld import NodeWorld
 from colonysim.exact import exp
-from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail
+from colonysim.pheromones import BoxWorth, Distance, Exploration
 from colonysim.pheromones.field import Visit
+from colonysim.pheromones.hole import HoleTrail
 from colonysim.policies.stigmergy import Stigmergy
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from random import Random
     from typing import Any
 
     from colonysim.backends.protocol import Backend
     from colonysim.pheromones.field import Field, Moment
-    from colonysim.policies.policy import Policy
-    from colonysim.policies.settings import StigmergySettings
+    from colonysim.policies.policy import Choice, Policy
+    from colonysim.policies.thought import Thought
     from colonysim.policies.view import LocalView
     from colonysim.trace.rows import Rows
     from colonysim.world.state import World
@@ -48,6 +50,7 @@ def strides_of(
     random: list[Random],
     steps: list[int],
     rows: Rows,
+    withdraw: Callable[[int], None],
 ) -> Strides | None:
     """The strides of an episode, or None if they would not do what policy, fields or backend say."""
     if not isinstance(policy, Stigmergy) or not isinstance(backend, NodeWorld):
@@ -60,22 +63,23 @@ def strides_of(
         return None
     if s.collision != "reservation" or s.epsilon_per != "episode" or s.updates != "occupied":
         return None
-    return Strides(world, fields, backend, s, memories, views, random, steps, rows)
+    return Strides(world, fields, backend, policy, memories, views, random, steps, rows, withdraw)
 
 
 class Strides:
-    """Begins and ends the steps of agents that only travel.
+    """Begins and ends the steps of agents.
 
     Args:
         world: As it is at the start of the episode; its arrays are read and written.
         fields: D, B, H and E.
         backend: How long a travel takes.
-        settings: The policy's.
+        policy: What thinks.
         memories: What each agent remembers; the list is shared with the episode, as are the following.
         views: What each agent sees.
         random: Each agent's stream.
         steps: Steps each agent has begun.
         rows: The trace.
+        withdraw: Called when an agent that may have asked for a node to be cleared acts.
     """
 
     def __init__(
@@ -83,14 +87,16 @@ class Strides:
         world: World,
         fields: Mapping[str, Field],
         backend: NodeWorld,
-        settings: StigmergySettings,
+        policy: Stigmergy,
         memories: list[Any],
         views: list[LocalView],
         random: list[Random],
         steps: list[int],
         rows: Rows,
+        withdraw: Callable[[int], None],
     ) -> None:
-        scenario, topology = world.scenario, world.topology
+        scenario, topology, settings = world.scenario, world.topology, policy.settings
+        self.world, self.policy, self.withdraw = world, policy, withdraw
         self.goal, self.max_steps, self.reach = scenario.goal, scenario.max_steps, scenario.reach
         self.first, self.ends, self.lengths, self.rises = topology.edges
         self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
@@ -108,18 +114,22 @@ class Strides:
         self.worth = fields["B"] if scenario.boxes else None
         self.sight = world.sight() if scenario.boxes else None
         self.trail = fields["H"] if scenario.holes else None
+        self.hole_at, self.plain = world.hole_at, settings.hole_rule == "max"
         self.beta = settings.beta
         timing = scenario.timing
-        self.measured = timing.travels
-        self.fixed, self.pace, self.jitter, self.jitters = (
-            timing.travel_fixed, timing.travel, timing.jitter, backend.jitters
+        self.travels, self.pushes = timing.travels, timing.pushes
+        self.fixed, self.pace, self.push_fixed, self.push_pace, self.jitter, self.jitters = (
+            timing.travel_fixed, timing.travel, timing.push_fixed, timing.push, timing.jitter, backend.jitters
         )  # fmt: skip
         self.memories, self.views, self.steps, self.rows = memories, views, steps, rows
-        self.draw = [stream.random for stream in random]
+        self.random, self.draw = random, [stream.random for stream in random]
         self.epsilon = array("d", [memory.epsilon for memory in memories])  # it changes between episodes only
         self.visit = Visit()
-        self.target = array("i", [-1]) * len(memories)
-        self.began = array("d", [0.0]) * len(memories)
+        # What each agent is doing: where to, with which box for which hole, where that leaves it, and since when.
+        agents = len(memories)
+        self.target, self.box, self.hole, self.ends_at = (array("i", [-1]) * agents for _ in range(4))
+        self.began = array("d", [0.0]) * agents
+        self.handed: dict[int, Thought] = {}
         self.moved = bytearray(len(memories))
         # What a choice is between: the ways' places in `ends`, the nodes, and their chances.
         most = max(map(len, topology.neighbours), default=0)
@@ -128,19 +138,24 @@ class Strides:
         )  # fmt: skip
 
     def depart(self, agent: int, now: float) -> float:
-        """Lets an agent choose and begin a travel (Algorithm 9 without boxes); returns how long it takes.
+        """Lets an agent decide and begin a step (Algorithm 9); returns how long it takes.
 
-        Returns -1 and changes nothing if the agent is done, or if there may be more to decide than where to travel.
+        Returns -1 if the agent is done, or if its step cannot begin now; what it has decided is then in `taken_back`.
         """
-        node, steps = self.agent_node[agent], self.steps[agent]
-        if node == self.goal or steps >= self.max_steps or self.agent_box[agent] >= 0 or self.reserved[agent]:
-            return self.hand_back(agent)
-        if self.clear_requests:  # asked to make way, or to keep off a node
-            return self.hand_back(agent)
-        if self.sight is not None:
+        node = self.agent_node[agent]
+        if node == self.goal or self.steps[agent] >= self.max_steps or self.reserved[agent]:
+            self.arrived(agent)
+            return -1.0
+        if self.agent_box[agent] < 0 and not self.clear_requests:  # asked to make way, or to keep off a node
             memory = self.memories[agent]
-            if memory.box >= 0 or memory.shunned >= 0 or self.sight.sees_box(node):
-                return self.hand_back(agent)
+            if self.sight is None or (memory.box < 0 and memory.shunned < 0 and not self.sight.sees_box(node)):
+                seconds = self.stroll(agent, node, now)
+                if seconds >= 0.0:
+                    return seconds
+        return self.think(agent, node, now)
+
+    def stroll(self, agent: int, node: int, now: float) -> float:
+        """Lets an agent choose and begin a travel, there being nothing else to do; returns -1 if it is shut in."""
         surface, occupant, holder, ends = self.surface, self.occupant, self.node_holder, self.ends
         options, level, reach, count = self.options, surface[node], self.reach, 0
         for way in range(self.first[node], self.first[node + 1]):
@@ -149,25 +164,74 @@ class Strides:
                 self.ways[count], options[count] = way, j
                 count += 1
         if count == 0:
-            return self.hand_back(agent)
+            return -1.0
         draw = self.draw[agent]
         explored = draw() < self.epsilon[agent]
         chosen = self.choose(count, explored, draw())
         target, way = options[chosen], self.ways[chosen]
         self.rows.chose(agent, node, explored, target, options, self.chances, count)
-        holder[target] = agent
+        self.reserve(agent, target, now)
+        self.box[agent] = -1
+        return self.seconds(agent, node, target, self.lengths[way], False)
+
+    def think(self, agent: int, node: int, now: float) -> float:
+        """Lets the policy decide, and begins what it has decided on if nothing is in the way."""
+        self.arrived(agent)
+        view, world = self.views[agent], self.world
+        view.look()
+        thought = self.policy.think(view, self.memories[agent], self.random[agent])
+        self.memories[agent] = thought.memory
+        target, box, level, ends_at, pushed = thought.node, thought.box, world.level(agent), thought.node, False
+        if thought.nodes:
+            self.rows.decision(
+                agent, node, thought.explored, target, thought.nodes, thought.boxes, thought.chances
+            )  # fmt: skip
+        possible = target >= 0 and world.free(agent, target)
+        if possible and box < 0:
+            possible = world.passable(level, node, target)
+        elif possible and world.box_node[box] == target:
+            possible = world.graspable(agent, box, level, node)
+        elif possible:
+            base, pushed = world.box_base[box], True
+            possible = world.box_node[box] == node and world.top[node] == box and world.can_slide(base, node, target)
+            ends_at = node if possible and world.falls(base, node, target) else target
+        way = self.way(node, target)
+        if not possible or way < 0:
+            self.handed[agent] = thought
+            return -1.0
+        self.reserve(agent, target, now)
+        self.box[agent], self.hole[agent], self.ends_at[agent] = box, thought.hole, ends_at
+        if self.clear_requests:
+            self.withdraw(agent)
+        if world.claim(agent, box):
+            self.mark("claim", agent, box, thought.hole, -1, -1)
+        return self.seconds(agent, node, target, self.lengths[way], pushed)
+
+    def way(self, node: int, target: int) -> int:
+        """The place of an edge in `ends`, or -1."""
+        for way in range(self.first[node], self.first[node + 1]):
+            if self.ends[way] == target:
+                return way
+        return -1
+
+    def reserve(self, agent: int, target: int, now: float) -> None:
+        """The step begins."""
+        self.node_holder[target] = agent
         self.reserved[agent] = (target,)
         self.target[agent], self.began[agent] = target, now
-        self.steps[agent] = steps + 1
-        return self.seconds(agent, node, target, self.lengths[way])
+        self.steps[agent] += 1
 
-    def hand_back(self, agent: int) -> float:
-        """Leaves what comes next to the policy, which sees an agent that has just arrived if it has."""
+    def taken_back(self, agent: int) -> Choice | None:
+        """What an agent has decided and not begun, if anything; once."""
+        thought = self.handed.pop(agent, None) if self.handed else None
+        return None if thought is None else thought.choice()
+
+    def arrived(self, agent: int) -> None:
+        """Tells the view of an agent that has just arrived."""
         if self.moved[agent]:
             self.moved[agent] = 0
             view = self.views[agent]
             view.waited, view.refused, view.failures = 0.0, None, 0
-        return -1.0
 
     def choose(self, count: int, explored: bool, rest: float) -> int:
         """Which of the first `count` options it is to be, `rest` being drawn; `softmax` and `sample` in one."""
@@ -203,46 +267,70 @@ class Strides:
             return 0.0
         return value
 
-    def seconds(self, agent: int, i: int, j: int, length: float) -> float:
-        """How long the travel takes, as the node world has it."""
-        took = self.fixed + self.pace * length
-        if self.measured:
-            took = self.measured.get((i, j), took)
+    def seconds(self, agent: int, i: int, j: int, length: float, pushed: bool) -> float:
+        """How long the step takes, as the node world has it."""
+        measured = self.pushes if pushed else self.travels
+        took = self.push_fixed + self.push_pace * length if pushed else self.fixed + self.pace * length
+        if measured:
+            took = measured.get((i, j), took)
         if self.jitter:
             took *= 1.0 + self.jitter * (2.0 * self.jitters[agent]() - 1.0)
         return took
 
     def arrive(self, agent: int) -> tuple[int, int]:
         """Ends the step: the agent is there and deposits; returns the nodes that changed."""
-        origin, node, before = self.agent_node[agent], self.target[agent], self.agent_from[agent]
-        self.node_holder[node] = -1
+        origin, target, before = self.agent_node[agent], self.target[agent], self.agent_from[agent]
+        self.node_holder[target] = -1
         self.reserved[agent] = ()
+        self.moved[agent] = 1
+        if self.box[agent] >= 0:
+            self.push(agent, self.box[agent], origin, target, before)
+            return origin, target
         if self.occupant[origin] == agent:
             self.occupant[origin] = -1
-        self.occupant[node] = agent
-        self.agent_node[agent] = node
-        self.agent_from[agent] = origin
-        self.moved[agent] = 1
-        self.rows.travelled(agent, origin, node, self.steps[agent], self.began[agent])
+        self.occupant[target] = agent
+        self.agent_node[agent], self.agent_from[agent], self.agent_box[agent] = target, origin, -1
+        self.rows.travelled(agent, origin, target, self.steps[agent], self.began[agent])
         self.mark("arrive", agent, -1, -1, origin, before)
-        return origin, node
+        return origin, target
+
+    def push(self, agent: int, box: int, origin: int, target: int, before: int) -> None:
+        """Ends a push, or the step to a box."""
+        ends_at, action = self.ends_at[agent], "take" if self.world.box_node[box] == target else "push"
+        self.world.pushed(agent, box, target, ends_at)
+        self.rows.event(
+            "end", agent, action, origin, target, box, self.hole[agent], "arrived", "", self.steps[agent],
+            self.began[agent], ends_at,
+        )  # fmt: skip
+        if ends_at != origin:
+            self.mark("arrive", agent, -1, -1, origin, before)
+        else:
+            self.mark("wait", agent, -1, -1, -1, -1)
 
     def mark(self, moment: Moment, agent: int, box: int, hole: int, left: int, before: int) -> None:
         """Deposits of an agent where it stands, see `Visit`; at any moment but the start of an episode."""
         node, held = self.agent_node[agent], self.agent_box[agent]
         level = self.box_base[held] if held >= 0 else self.surface[node]
-        rows, worth, trail, stays = self.rows, self.worth, self.trail, moment != "claim"
+        rows, stays = self.rows, moment != "claim"
         if stays:
             self.update_distance(node, level)
             rows.deposit("D", agent, node, self.nearness(node))
-        if worth is not None or trail is not None:
+        # B changes where a box is claimed or a hole is crossed.
+        worth = self.worth is not None and (
+            not stays or self.hole_at[node] >= 0 or (left >= 0 and self.hole_at[left] >= 0)
+        )
+        trail = stays and self.trail is not None
+        if trail and self.plain and not rows.kept:
+            self.trail.update(node, level)
+            trail = False
+        if worth or trail:
             visit = self.visit
             visit.moment, visit.agent, visit.node, visit.level = moment, agent, node, level
             visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-            if worth is not None and (writes := worth.deposit(visit)):
-                rows.deposits(worth, agent, writes)
-            if trail is not None and (writes := trail.deposit(visit)):
-                rows.deposits(trail, agent, writes)
+            if worth and (writes := self.worth.deposit(visit)):
+                rows.deposits(self.worth, agent, writes)
+            if trail and (writes := self.trail.deposit(visit)):
+                rows.deposits(self.trail, agent, writes)
         if stays and (self.marks_waits or moment != "wait"):
             self.stored[node] += 1.0 / self.scale
             self.visited[node] = 1

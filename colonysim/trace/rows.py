@@ -33,12 +33,13 @@ class Rows:
 
     Attributes:
         now: Simulated seconds, set by the simulation.
+        kept: Whether there is a sink.
         events: Events that have not been taken yet.
     """
 
     __slots__ = (
         "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
-        "_writer", "events", "now",
+        "_writer", "events", "kept", "now",
     )  # fmt: skip
 
     def __init__(
@@ -51,6 +52,7 @@ class Rows:
     ) -> None:
         self._episode = episode
         self._write = sink.write if sink else None
+        self.kept = self._write is not None
         self._decisions = decisions and sink is not None
         self._kinds = kinds
         ids = scenario.topology.ids
@@ -123,7 +125,7 @@ class Rows:
                 "decisions",
                 (
                     self._episode, self.now, agent, numbers[node], explored, numbers[chosen],
-                    tuple([numbers[target] for target in targets]), boxes, probabilities,
+                    tuple([numbers[target] for target in targets]), tuple(boxes), tuple(probabilities),
                 ),
             )  # fmt: skip
 

@@ -5,7 +5,7 @@ from colonysim.world.sight cimport Sight
 
 cdef class World:
     cdef public object scenario, topology, surface, occupant, node_holder, top, hole_at
-    cdef public object box_node, box_base, agent_node, agent_from, agent_box
+    cdef public object box_node, box_base, box_height, agent_node, agent_from, agent_box
     cdef public list box_claim, box_stray, agent_status, reserved
     cdef public dict stacks, clear_requests, edge_holder
     cdef dict _holes_near
@@ -31,3 +31,16 @@ cdef class World:
     cpdef list boxes_near(self, int node)
     cpdef tuple holes_near(self, int node)
     cpdef list _free_held(self, int agent)
+    @cython.locals(claimed=cython.bint, held=int)
+    cpdef bint claim(self, int agent, int pushed)
+    @cython.locals(origin=int)
+    cpdef pushed(self, int agent, int box, int to, int node)
+    @cython.locals(origin=int)
+    cdef _step(self, int agent, int node)
+    cdef _settle_push(self, int agent, int box, int node, int origin)
+    @cython.locals(stack=list)
+    cdef _put_box(self, int box, int node)
+    @cython.locals(old=int, stack=list, base=double, other=int)
+    cpdef _move_box(self, int box, int node)
+    @cython.locals(height=double, box=int)
+    cdef double _height(self, int node)

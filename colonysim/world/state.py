@@ -12,7 +12,7 @@ from colonysim.world.sight import SAME_HEIGHT, Sight
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from colonysim.world.intents import BoxPlace, Intent, Outcome
+    from colonysim.world.intents import Intent, Outcome
     from colonysim.world.scenario import Scenario
 
 __all__ = ["AgentStatus", "Place", "World"]
@@ -44,6 +44,7 @@ class World:
         stacks: For each node that has boxes, their numbers from bottom to top.
         top: The topmost box on each node, or -1.
         box_node: Where each box is.
+        box_height: How high each box is.
         box_base: The height each box's underside stands at.
         box_claim: The agent that holds each box, or -1.
         box_stray: Whether each box lies off its node.
@@ -66,6 +67,7 @@ class World:
         "agent_status",
         "box_base",
         "box_claim",
+        "box_height",
         "box_node",
         "box_stray",
         "clear_requests",
@@ -88,6 +90,7 @@ class World:
         self.hole_at = array("i", [-1]) * size
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
+        self.box_height = array("d", [box.height for box in scenario.boxes])
         self._holes_near: dict[int, tuple[int, ...]] = {}
         self._sight: Sight | None = None
         self.reset()
@@ -277,7 +280,10 @@ class World:
 
         Any box that it held and does not push is let go.
         """
-        pushed = intent.box if isinstance(intent, Push) else -1
+        return self.claim(agent, intent.box if isinstance(intent, Push) else -1)
+
+    def claim(self, agent: int, pushed: int) -> bool:
+        """`begin` of a push of that box, or of a travel if it is -1."""
         claimed = pushed >= 0 and self.box_claim[pushed] != agent
         held = self.agent_box[agent]
         if held >= 0 and held != pushed and self.box_claim[held] == agent:
@@ -293,17 +299,14 @@ class World:
         for place in outcome.boxes:
             changed.add(self.box_node[place.box])
             changed.add(place.node)
-            self._move_box(place)
+            self.box_stray[place.box] = place.stray
+            self._move_box(place.box, place.node)
         if node != origin:
-            if self.occupant[origin] == agent:
-                self.occupant[origin] = -1
-            self.occupant[node] = agent
-            self.agent_node[agent] = node
-            self.agent_from[agent] = origin
+            self._step(agent, node)
             changed.add(origin)
             changed.add(node)
         if isinstance(intent, Push):
-            self._settle_push(agent, intent, outcome, origin)
+            self._settle_push(agent, intent.box, node, origin)
         elif node != origin:
             self.agent_box[agent] = -1
         if outcome.lost:
@@ -314,15 +317,30 @@ class World:
             self._keep(agent, outcome.keeps)
         return changed
 
-    def _settle_push(self, agent: int, intent: Push, outcome: Outcome, origin: int) -> None:
+    def pushed(self, agent: int, box: int, to: int, node: int) -> None:
+        """`apply` for a push that arrived and had nothing reserved any more: the box at `to`, the agent on `node`."""
+        origin = self.agent_node[agent]
+        self._move_box(box, to)
+        if node != origin:
+            self._step(agent, node)
+        self._settle_push(agent, box, node, origin)
+
+    def _step(self, agent: int, node: int) -> None:
+        origin = self.agent_node[agent]
+        if self.occupant[origin] == agent:
+            self.occupant[origin] = -1
+        self.occupant[node] = agent
+        self.agent_node[agent] = node
+        self.agent_from[agent] = origin
+
+    def _settle_push(self, agent: int, box: int, node: int, origin: int) -> None:
         """After a push: do agent and box still share a node, and is the box still the agent's?"""
-        box = intent.box
-        if self.box_node[box] == outcome.node:
+        if self.box_node[box] == node:
             self.agent_box[agent] = box
         else:
             self.box_claim[box] = -1
             # A refused first step leaves the agent where it was, perhaps beside another box of its own.
-            if outcome.node != origin or self.agent_box[agent] == box:
+            if node != origin or self.agent_box[agent] == box:
                 self.agent_box[agent] = -1
 
     def _keep(self, agent: int, nodes: tuple[int, ...]) -> None:
@@ -359,9 +377,7 @@ class World:
         self.top[node] = box
         self.surface[node] = self._height(node)
 
-    def _move_box(self, place: BoxPlace) -> None:
-        box, node = place.box, place.node
-        self.box_stray[box] = place.stray
+    def _move_box(self, box: int, node: int) -> None:
         old = self.box_node[box]
         if old == node:
             return
@@ -370,7 +386,7 @@ class World:
         base = self.topology.z[old]
         for other in stack:
             self.box_base[other] = base
-            base += self.scenario.boxes[other].height
+            base += self.box_height[other]
         self.top[old] = stack[-1] if stack else -1
         if not stack:
             del self.stacks[old]
@@ -381,5 +397,5 @@ class World:
         """A node's surface, summed from the bottom each time, so that no rounding error piles up."""
         height = self.topology.z[node]
         for box in self.stacks.get(node, ()):
-            height += self.scenario.boxes[box].height
+            height += self.box_height[box]
         return height
