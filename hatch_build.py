@@ -46,6 +46,7 @@ HOT = (
     "colonysim/push/state.py",
     "colonysim/simulation/episode.py",
     "colonysim/simulation/strides.py",
+    "colonysim/simulation/waiting.py",
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
     "colonysim/trace/writer.py",

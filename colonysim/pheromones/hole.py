@@ -163,9 +163,8 @@ class HoleTrail(Marks):
             if self._used + room > len(self._holes):
                 # Not in place: compiled code looks at the old arrays.
                 grown = bytes(4 * max(room, len(self._holes)))
-                self._holes, self._fars = (
-                    array("i", self._holes) + array("i", grown), array("d", self._fars) + array("d", 2 * grown)
-                )  # fmt: skip
+                self._holes = array("i", bytes(self._holes) + grown)
+                self._fars = array("d", bytes(self._fars) + 2 * grown)
             for k in range(count):
                 self._holes[self._used + k], self._fars[self._used + k] = self._holes[start + k], self._fars[start + k]
             self._start[node], self._room[node] = self._used, room

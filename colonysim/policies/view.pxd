@@ -28,6 +28,7 @@ cdef class LocalView:
     cdef public tuple neighbours
 
     cpdef look(self)
+    cpdef bint beside(self, int node) except? -1
     cpdef bint sees(self, int node)
     cdef int _look_at(self, int node) except -1
     cpdef bint beside_box(self, int node) except? -1

@@ -66,7 +66,7 @@ class FieldWindow:
         view = self._view
         if self._by_box:
             view.box_node(node)
-        elif node != view.node and node not in view.neighbours and not view.beside_box(node):
+        elif not view.beside(node) and not view.beside_box(node):
             raise OutOfSightError(f"{self._field.name} of node {node} cannot be read from node {view.node}")
 
 
@@ -113,6 +113,10 @@ class LocalView:
         self.node = self._world.agent_node[self.agent]
         self.neighbours = self._world.topology.neighbours[self.node]
 
+    def beside(self, node: int) -> bool:
+        """Whether a node is the agent's own or next to it."""
+        return node == self.node or self._world.adjacent(self.node, node)
+
     # -- the place -------------------------------------------------------------------------------------------------
 
     def sees(self, node: int) -> bool:
@@ -156,7 +160,7 @@ class LocalView:
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""
         world = self._world
-        return neighbour in self.neighbours and world.passable(world.level(self.agent), self.node, neighbour)
+        return world.adjacent(self.node, neighbour) and world.passable(world.level(self.agent), self.node, neighbour)
 
     def exits(self) -> list[int]:
         """The neighbours that the agent could travel to and that nobody else occupies or has reserved."""
@@ -170,7 +174,7 @@ class LocalView:
 
     def free(self, node: int) -> bool:
         """Whether a neighbour (or the own node) is neither occupied nor reserved by somebody else."""
-        if node != self.node and node not in self.neighbours:
+        if not self.beside(node):
             raise OutOfSightError(f"reservations on node {node} cannot be seen from node {self.node}")
         return self._world.free(self.agent, node)
 
@@ -197,7 +201,7 @@ class LocalView:
 
     def wanted(self, node: int) -> bool:
         """Whether another agent, a carrier, asks for a neighbour (or the own node) to be cleared and left to it."""
-        if node != self.node and node not in self.neighbours:
+        if not self.beside(node):
             raise OutOfSightError(f"requests for node {node} cannot be heard at node {self.node}")
         requests = self._world.clear_requests
         return bool(requests) and requests.get(node, self.agent) != self.agent

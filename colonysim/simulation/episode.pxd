@@ -1,6 +1,7 @@
 # The types of episode.py when it is compiled.
 cimport cython
 from colonysim.simulation.strides cimport Strides
+from colonysim.simulation.waiting cimport Waiting
 from colonysim.world.state cimport World
 
 
@@ -10,7 +11,8 @@ cdef class Episode:
     cdef public World world
     cdef public Strides strides
     cdef public list memories, views, random, steps
-    cdef public dict watchers, woken, asks, pending
+    cdef public Waiting waiting
+    cdef public dict asks, pending
     cdef public set finished
     cdef public double now, last_outcome, stall, limit
     cdef public bint stuck

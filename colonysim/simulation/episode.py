@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import simpy
 
 from colonysim.pheromones.field import Visit
 from colonysim.simulation.strides import strides_of
+from colonysim.simulation.waiting import Waiting
 from colonysim.trace.schema import EpisodeResult
 from colonysim.world.intents import Push, Wait
 from colonysim.world.state import AgentStatus
@@ -81,8 +82,7 @@ class Episode:
         self.stuck = False
         self.stall = world.scenario.stall_seconds
         self.limit = inf if world.scenario.time_limit is None else world.scenario.time_limit
-        self.watchers: dict[int, dict[int, None]] = {}
-        self.woken: dict[int, simpy.Event] = {}
+        self.waiting = Waiting(len(views))
         self.asks: dict[int, int] = {}
         self.pending: dict[int, simpy.Event] = {}
         self.clock_wanted: simpy.Event | None = None
@@ -200,7 +200,7 @@ class Episode:
         def arrived(_: simpy.Event) -> None:
             self.last_outcome = self.now
             changed = strides.arrive(agent)
-            if self.woken and self._wake(changed):
+            if self.waiting.wake(changed):
                 timer.callbacks = [go_on]  # who waited for the place chooses before who comes from it
                 env.schedule(timer)
             else:
@@ -231,12 +231,8 @@ class Episode:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
         world, view = self.world, self.views[agent]
         self._note_wait(agent, wait)
-        event = self.woken[agent] = self.env.event()
-        watchers = self.watchers
-        for node in wait.nodes:
-            if node not in watchers:
-                watchers[node] = {}
-            watchers[node][agent] = None
+        event = self.env.event()
+        self.waiting.begin(agent, wait.nodes, event)
         if wait.seconds is not None:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
             timer = self.env.timeout(max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
@@ -247,14 +243,10 @@ class Episode:
             # would not stop otherwise.
             if wait.clear >= 0 and wait.clear not in world.clear_requests:
                 world.clear_requests[wait.clear], self.asks[agent] = agent, wait.clear
-                addressee = self.woken.get(world.occupant[wait.clear])
-                if addressee is not None:
-                    _trigger(addressee)
+                self.waiting.call(world.occupant[wait.clear])
         since = self.now
         yield event
-        del self.woken[agent]
-        for node in wait.nodes:
-            watchers[node].pop(agent, None)
+        self.waiting.end(agent)
         view.waited += (self.now - since) / view.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
@@ -262,20 +254,7 @@ class Episode:
         requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
         if requests.get(node) == agent:
             del requests[node]
-            self._wake((node,))
-
-    def _wake(self, nodes: Iterable[int]) -> bool:
-        """Wakes whoever waits for a change on one of the nodes; returns whether anybody does."""
-        if not self.woken:
-            return False
-        found = False
-        for node in sorted(nodes):
-            for agent in self.watchers.get(node, ()):
-                event = self.woken.get(agent)
-                if event is not None:
-                    _trigger(event)
-                    found = True
-        return found
+            self.waiting.wake((node,))
 
     # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
 
@@ -337,7 +316,7 @@ class Episode:
             self.backend.leave(agent)
             self.finished.add(agent)
             self.rows.event("goal", agent, node=node, step=self.steps[agent])
-            self._wake({node, *freed})
+            self.waiting.wake({node, *freed})
             return True
         if self.steps[agent] >= world.scenario.max_steps:
             world.spend(agent)
@@ -365,7 +344,7 @@ class Episode:
         places, kept = self.backend.footprint(agent, intent), world.held(agent)
         if world.reserve(agent, places):
             if kept:  # what its body still needed after its last action is free now
-                self._wake({node for place in kept for node in (place if isinstance(place, tuple) else (place,))})
+                self.waiting.wake({node for place in kept for node in (place if isinstance(place, tuple) else (place,))})
             return []
         return world.blockers(agent, places)
 
@@ -399,7 +378,7 @@ class Episode:
             self._deposit("wait", agent)
         if self.backend.tick is not None:
             self.rows.foreign(self.backend.rows())
-        return self._wake(changed)
+        return self.waiting.wake(changed)
 
     def _note_wait(self, agent: int, wait: Wait) -> None:
         target = wait.nodes[0] if wait.nodes else -1

@@ -7,7 +7,7 @@ cdef class Sight:
     cdef long long look, search
     cdef double reach, slack, limit
     cdef double[::1] x, y, lengths, rises, surface, box_base, far, heap_far
-    cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at
+    cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
     cdef int[::1] cell, members_first, members, beside_first, beside
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
@@ -20,6 +20,10 @@ cdef class Sight:
     )
     cdef void turn(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
+    @cython.locals(way=int)
+    cpdef bint adjacent(self, int node, int other)
+    @cython.locals(way=int, j=int, occupant=int, holder=int, found=list)
+    cpdef list exits(self, int agent, int node, double level)
     @cython.locals(
         x=double, y=double, dx=double, dy=double, limit=double, cell=int, k=int, other=int, m=int, j=int,
     )

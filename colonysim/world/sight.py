@@ -80,6 +80,7 @@ class Sight:
         self.surface, self.top = world.surface, world.top
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
         self.stacks, self.hole_at = world.stacks, world.hole_at
+        self.occupant, self.node_holder = world.occupant, world.node_holder
 
     def __deepcopy__(self, memo: object) -> None:
         """None: a copied world makes its own, over its own arrays."""
@@ -111,6 +112,24 @@ class Sight:
         """Whether a node lies within the radius of `node` or next to it."""
         self.turn(node)
         return 0 <= other < self.size and self.seen[other] == self.look
+
+    def adjacent(self, node: int, other: int) -> bool:
+        """Whether an edge leads from one node to the other."""
+        for way in range(self.first[node], self.first[node + 1]):
+            if self.ends[way] == other:
+                return True
+        return False
+
+    def exits(self, agent: int, node: int, level: float) -> list[int]:
+        """The neighbours of `node` that `agent` can go to from height `level` and that nobody else has."""
+        found: list[int] = []
+        for way in range(self.first[node], self.first[node + 1]):
+            j = self.ends[way]
+            if self.follows(level, way):
+                occupant, holder = self.occupant[j], self.node_holder[j]
+                if (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent):
+                    found.append(j)
+        return found
 
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within the radius of `node`."""
@@ -212,11 +231,14 @@ class Sight:
             box = top[at]
             if box >= 0:
                 claim = self.box_claim[box]
-                if (claim == -1 or claim == agent) and box not in shunned:
+                if claim == -1 or claim == agent:
                     wanted[at] = search
                     some = True
         if not some:
             return None
+        for box in shunned:
+            if box >= 0 and top[self.box_node[box]] == box:
+                wanted[self.box_node[box]] = 0
         reach = self.reach
         if wanted[node] == search and -reach < self.box_base[top[node]] - level < reach:
             return top[node], node
@@ -249,6 +271,8 @@ class Sight:
                 ):
                     best, best_node, best_first = through, j, step
                 if j == barred or self.done[j] == search or not self.follows(here, way):
+                    continue
+                if best_node >= 0 and through > best:
                     continue
                 if self.reached[j] != search or through < self.far[j]:
                     self.offer(through, j, step)

@@ -19,6 +19,7 @@ cdef class World:
     cpdef list ways(self, double level, int node)
     @cython.locals(reach=double, level=double, rise=double)
     cpdef list exits(self, int agent)
+    cpdef bint adjacent(self, int i, int j) except? -1
     @cython.locals(at=int, claim=int, rise=double, reach=double)
     cpdef bint graspable(self, int agent, int box, double level, int node)
     @cython.locals(rise=double)

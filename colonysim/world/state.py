@@ -151,12 +151,18 @@ class World:
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
+        if self._sight is not None:
+            return self._sight.exits(agent, self.agent_node[agent], self.level(agent))
         surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
         return [
             j
             for j, _, rise in self.topology.ways[self.agent_node[agent]]
             if -reach < surface[j] - level - rise < reach and self.free(agent, j)
         ]
+
+    def adjacent(self, i: int, j: int) -> bool:
+        """Whether an edge leads from `i` to `j`."""
+        return j in self.topology.neighbours[i] if self._sight is None else self._sight.adjacent(i, j)
 
     def top_box(self, node: int) -> int:
         """The topmost box on `node`, or -1."""

@@ -1,0 +1,16 @@
+# The types of waiting.py when it is compiled.
+cimport cython
+
+
+cdef class Waiting:
+    cdef readonly dict events
+    cdef dict _at
+    cdef long long[::1] _waits
+    cdef long long _agents
+
+    @cython.locals(wait="long long", waits=list, count=cython.Py_ssize_t, w="long long")
+    cpdef begin(self, int agent, nodes, event)
+    cpdef end(self, int agent)
+    @cython.locals(wait="long long", waits=list, agent=int)
+    cpdef bint wake(self, nodes) except? -1
+    cpdef call(self, int agent)
