@@ -3,9 +3,9 @@ from colonysim.pheromones.marks cimport Marks
 
 
 cdef class BoxWorth(Marks):
-    cdef object _world
-    cdef double _start, _decay, _cap
-    cdef bint _on_entry, _whole_stack
+    cdef public object _world
+    cdef public double _start, _decay, _cap
+    cdef public bint _on_entry, _whole_stack
     cdef dict _worth
 
     cpdef double at(self, int node, int key=*) except? -1

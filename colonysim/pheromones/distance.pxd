@@ -6,7 +6,7 @@ cdef double UNKNOWN
 
 
 cdef class Distance(Marks):
-    cdef object _world
+    cdef public object _world
     cdef int _goal
     cdef bint _everywhere, _at_start
     cdef public bint lrta, blank

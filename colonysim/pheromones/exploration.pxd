@@ -3,7 +3,8 @@ from colonysim.pheromones.marks cimport Marks
 
 
 cdef class Exploration(Marks):
-    cdef object _world, _keep, _silent
+    cdef public object _world
+    cdef object _keep, _silent
     cdef public object stored, visited
     cdef public double scale, shift
 

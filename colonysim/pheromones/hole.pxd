@@ -9,7 +9,7 @@ cdef double FARTHEST, NOWHERE
 
 
 cdef class HoleTrail(Marks):
-    cdef World _world
+    cdef public World _world
     cdef double _keep, _aged
     cdef bint _printed, _everywhere
     cdef int _used

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["Memory", "Stigmergy", "Thought"]
+__all__ = ["Memory", "Stigmergy"]
 
 
 class Stigmergy:
@@ -138,7 +138,9 @@ class Stigmergy:
     def _impatient(self, view: LocalView) -> bool:
         return view.waited >= self._patience - 1e-9
 
-    def _way(self, view: LocalView, box: int, hole: int, planned: Way = ()) -> Way:
+    def _way(
+        self, view: LocalView, box: int, hole: int, planned: Way = (), pushes: Sequence[int] | None = None
+    ) -> Way:
         """The way on which a visible box comes nearer to a hole; beyond its next node it may be unknown.
 
         Within R the shortest way is planned. Where that leads out of sight of the hole the box still follows it: H is
@@ -158,7 +160,7 @@ class Stigmergy:
                 return rest
         trail = view.fields["H"]
         best, best_scent = -1, trail.at(at, hole)
-        for j in view.pushes(box, self._goal):
+        for j in view.pushes(box, self._goal) if pushes is None else pushes:
             scent = trail.at(j, hole)
             if scent > best_scent:
                 best, best_scent = j, scent
@@ -177,19 +179,20 @@ class Stigmergy:
         """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the box's way there."""
         s, at = self.settings, view.box_node(box)
         centre = at if s.candidates_centre == "box" else view.node
-        near = [hole for hole in view.holes() if view.hole_near(hole, centre)]
-        scented: set[int] = set()
-        if at == view.node or at in view.neighbours:
-            trail = view.fields["H"]
-            for j in view.pushes(box, self._goal):
-                scented.update(trail.keys(j))
+        candidates = {hole for hole in view.holes() if view.hole_near(hole, centre)}
+        pushes: list[int] = []
+        beside = view.beside(at)
+        if beside:
+            trail, pushes = view.fields["H"], view.pushes(box, self._goal)
+            for j in pushes:
+                candidates.update(trail.keys(j))
         if memory.sought == box:
-            scented.add(memory.hole)
+            candidates.add(memory.hole)
         found, asked = [], at in (view.node, from_node)
-        for hole in sorted({*near, *scented}):
+        for hole in sorted(candidates):
             planned = memory.way if (memory.sought, memory.hole) == (box, hole) else ()
-            if at == view.node or at in view.neighbours:
-                way = self._way(view, box, hole, planned)
+            if beside:
+                way = self._way(view, box, hole, planned, pushes)
             elif hole not in view.holes():
                 way = planned if at in planned[:1] else ()
             else:
@@ -317,12 +320,7 @@ class Stigmergy:
 
     def _shut_in(self, view: LocalView, values: Sequence[float]) -> bool:
         """Whether the agent has no way out, or none from which it knows a way to the goal, given D of its exits."""
-        if values:
-            return max(values) <= 0.0
-        for j in view.neighbours:
-            if view.passable(j):
-                return False
-        return True
+        return max(values) <= 0.0 if values else not any(view.passable(j) for j in view.neighbours)
 
     def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
         """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""

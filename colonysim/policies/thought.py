@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from colonysim.policies.policy import Choice
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["Memory", "Thought"]
 
 
+@dataclass(frozen=True, slots=True)
 class Memory:
-    """What an agent remembers from one decision to the next; never changed, only replaced.
+    """What an agent remembers from one decision to the next.
 
     Attributes:
         epsilon: Its chance to explore.
@@ -29,37 +31,13 @@ class Memory:
         shunned_at: The node at which it dropped that box.
     """
 
-    __slots__ = ("box", "epsilon", "hole", "shunned", "shunned_at", "sought", "way")
-
-    def __init__(
-        self,
-        epsilon: float,
-        box: int = -1,
-        hole: int = -1,
-        way: Way = (),
-        sought: int = -1,
-        shunned: int = -1,
-        shunned_at: int = -1,
-    ) -> None:
-        self.epsilon = epsilon
-        self.box = box
-        self.hole = hole
-        self.way = way
-        self.sought = sought
-        self.shunned = shunned
-        self.shunned_at = shunned_at
-
-    def _key(self) -> tuple[object, ...]:
-        return self.epsilon, self.box, self.hole, self.way, self.sought, self.shunned, self.shunned_at
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Memory) and self._key() == other._key()
-
-    def __hash__(self) -> int:
-        return hash(self._key())
-
-    def __repr__(self) -> str:
-        return f"Memory{self._key()}"
+    epsilon: float
+    box: int = -1
+    hole: int = -1
+    way: Way = ()
+    sought: int = -1
+    shunned: int = -1
+    shunned_at: int = -1
 
 
 class Thought:
@@ -95,6 +73,4 @@ class Thought:
             intent = self.wait
         else:
             intent = Travel(self.node) if self.box < 0 else Push(self.box, self.node, self.hole)
-        return Choice(
-            intent, self.memory, self.explored, tuple(self.nodes), tuple(self.boxes), tuple(self.chances)
-        )  # fmt: skip
+        return Choice(intent, self.memory, self.explored, tuple(self.nodes), tuple(self.boxes), tuple(self.chances))

@@ -23,7 +23,6 @@ cdef class LocalView:
     cdef public object _backend, _feasible_way, refused
     cdef public int agent, node, failures
     cdef public double radius, edge_seconds, waited
-    cdef public bint foresees
     cdef public dict fields
     cdef public tuple neighbours
 

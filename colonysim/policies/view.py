@@ -85,12 +85,11 @@ class LocalView:
         waited: For how many such units the agent has been waiting in a row.
         refused: What it wanted last and could not begin because the place was taken, or None.
         failures: How many of its actions in a row did not arrive.
-        foresees: Whether the backend can tell about more than the next push.
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "foresees",
-        "neighbours", "node", "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours",
+        "node", "radius", "refused", "waited",
     )  # fmt: skip
 
     def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
@@ -104,7 +103,6 @@ class LocalView:
         self.waited = 0.0
         self.refused: Intent | None = None
         self.failures = 0
-        self.foresees = self._feasible_way is not None
         self.node = world.agent_node[agent]
         self.neighbours = world.topology.neighbours[self.node]
 
@@ -236,11 +234,7 @@ class LocalView:
 
     def beside_box(self, node: int) -> bool:
         """Whether a node is a neighbour of a box that stands next to the agent or with it."""
-        stacks, near = self._world.stacks, self.neighbours
-        for j in self._world.topology.neighbours[node]:
-            if j in stacks and j in near:
-                return True
-        return False
+        return self._world.sight().beside_box(self.node, node)
 
     def graspable_from(self, node: int, box: int) -> bool:
         """Whether the agent, once on a visible node, could take hold of a box on it or next to it."""
@@ -338,6 +332,11 @@ class LocalView:
         for node in targets:
             self._look_at(node)
         return self._backend.feasible(self.agent, box, targets)
+
+    @property
+    def foresees(self) -> bool:
+        """Whether the backend can tell about more than the next push."""
+        return self._feasible_way is not None
 
     def feasible_way(self, box: int, way: Sequence[int]) -> Sequence[float]:
         """The backend's chance of each push along a way of visible nodes, given that those before it succeed.

@@ -344,7 +344,8 @@ class Episode:
         places, kept = self.backend.footprint(agent, intent), world.held(agent)
         if world.reserve(agent, places):
             if kept:  # what its body still needed after its last action is free now
-                self.waiting.wake({node for place in kept for node in (place if isinstance(place, tuple) else (place,))})
+                nodes = {node for place in kept for node in (place if isinstance(place, tuple) else (place,))}
+                self.waiting.wake(nodes)
             return []
         return world.blockers(agent, places)
 

@@ -1,9 +1,10 @@
 # The types of strides.py when it is compiled.
 cimport cython
 from colonysim.exact cimport exp
+from colonysim.pheromones.box cimport BoxWorth
 from colonysim.pheromones.hole cimport HoleTrail
 from colonysim.policies.stigmergy cimport Stigmergy
-from colonysim.policies.thought cimport Memory, Thought
+from colonysim.policies.thought cimport Thought
 from colonysim.policies.view cimport LocalView
 from colonysim.trace.rows cimport Rows
 from colonysim.world.sight cimport Sight
@@ -22,14 +23,15 @@ cdef class Strides:
     cdef unsigned char[::1] official, known, visited, moved
     cdef list reserved, jitters, memories, views, random, draw, steps
     cdef dict clear_requests, handed
-    cdef object worth, travels, pushes, visit, withdraw
+    cdef object travels, pushes, visit, withdraw
+    cdef BoxWorth worth
     cdef World world
     cdef Stigmergy policy
     cdef HoleTrail trail
     cdef Rows rows
     cdef Sight sight
 
-    @cython.locals(node=int, seconds=double, memory=Memory)
+    @cython.locals(node=int, seconds=double)
     cpdef double depart(self, int agent, double now) except? -1
 
     @cython.locals(
@@ -69,7 +71,7 @@ cdef class Strides:
     cdef push(self, int agent, int box, int origin, int target, int before)
 
     @cython.locals(
-        node=int, held=int, level=double, stays=cython.bint, worth=cython.bint, trail=cython.bint, rows=Rows,
+        node=int, held=int, level=double, stays=cython.bint, worth=BoxWorth, trail=HoleTrail, rows=Rows,
     )
     cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
 

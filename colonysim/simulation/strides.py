@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.nodeworld import NodeWorld
 from colonysim.exact import exp
-from colonysim.pheromones import BoxWorth, Distance, Exploration
+from colonysim.pheromones import Distance, Exploration
+from colonysim.pheromones.box import BoxWorth
 from colonysim.pheromones.field import Visit
 from colonysim.pheromones.hole import HoleTrail
 from colonysim.policies.stigmergy import Stigmergy
@@ -102,8 +103,9 @@ class Strides:
         self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
         self.reserved, self.agent_node, self.agent_from = world.reserved, world.agent_node, world.agent_from
         self.agent_box, self.box_base, self.clear_requests = world.agent_box, world.box_base, world.clear_requests
-        distance, exploration = fields["D"], fields["E"]
+        distance, exploration, worth, trail = (fields[name] for name in "DEBH")
         assert isinstance(distance, Distance) and isinstance(exploration, Exploration)
+        assert isinstance(worth, BoxWorth) and isinstance(trail, HoleTrail)
         self.d, self.official, self.known = distance.d, distance.official, distance.visited
         self.straight, self.d_max = distance.straight, distance.d_max
         self.lrta, self.blank = distance.lrta, distance.blank
@@ -111,9 +113,9 @@ class Strides:
         self.scale, self.shift = exploration.scale, exploration.shift
         self.marks_waits = settings.exploration_on_wait
         # Without boxes B, and without holes H, have nothing to say.
-        self.worth = fields["B"] if scenario.boxes else None
+        self.worth = worth if scenario.boxes else None
         self.sight = world.sight() if scenario.boxes else None
-        self.trail = fields["H"] if scenario.holes else None
+        self.trail = trail if scenario.holes else None
         self.hole_at, self.plain = world.hole_at, settings.hole_rule == "max"
         self.beta = settings.beta
         timing = scenario.timing
@@ -315,22 +317,20 @@ class Strides:
         if stays:
             self.update_distance(node, level)
             rows.deposit("D", agent, node, self.nearness(node))
-        # B changes where a box is claimed or a hole is crossed.
-        worth = self.worth is not None and (
-            not stays or self.hole_at[node] >= 0 or (left >= 0 and self.hole_at[left] >= 0)
-        )
-        trail = stays and self.trail is not None
-        if trail and self.plain and not rows.kept:
-            self.trail.update(node, level)
-            trail = False
-        if worth or trail:
+        worth, trail = self.worth, self.trail if stays else None
+        if stays and self.hole_at[node] < 0 and (left < 0 or self.hole_at[left] < 0):
+            worth = None  # nothing is claimed and no hole crossed
+        if trail is not None and self.plain and not rows.kept:
+            trail.update(node, level)
+            trail = None
+        if worth is not None or trail is not None:
             visit = self.visit
             visit.moment, visit.agent, visit.node, visit.level = moment, agent, node, level
             visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-            if worth and (writes := self.worth.deposit(visit)):
-                rows.deposits(self.worth, agent, writes)
-            if trail and (writes := self.trail.deposit(visit)):
-                rows.deposits(self.trail, agent, writes)
+            if worth is not None and (writes := worth.deposit(visit)):
+                rows.deposits(worth, agent, writes)
+            if trail is not None and (writes := trail.deposit(visit)):
+                rows.deposits(trail, agent, writes)
         if stays and (self.marks_waits or moment != "wait"):
             self.stored[node] += 1.0 / self.scale
             self.visited[node] = 1

@@ -13,7 +13,7 @@ from colonysim.pheromones.field import Visit, Write
 from colonysim.simulation import simulate
 from colonysim.testing.promises import ConformanceError, Recorder, frozen, global_randomness, same_traces
 from colonysim.testing.worlds import random_scenario
-from colonysim.world.intents import BoxPlace, Push, Travel, Wait
+from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
     from colonysim.pheromones.field import Field

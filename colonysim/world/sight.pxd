@@ -20,8 +20,10 @@ cdef class Sight:
     )
     cdef void turn(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
-    @cython.locals(way=int)
+    @cython.locals(way=int, last=int)
     cpdef bint adjacent(self, int node, int other)
+    @cython.locals(way=int)
+    cpdef bint beside_box(self, int node, int other)
     @cython.locals(way=int, j=int, occupant=int, holder=int, found=list)
     cpdef list exits(self, int agent, int node, double level)
     @cython.locals(

@@ -115,8 +115,15 @@ class Sight:
 
     def adjacent(self, node: int, other: int) -> bool:
         """Whether an edge leads from one node to the other."""
-        for way in range(self.first[node], self.first[node + 1]):
-            if self.ends[way] == other:
+        way, last = self.first[node], self.first[node + 1]
+        while way < last and self.ends[way] != other:
+            way += 1
+        return way < last
+
+    def beside_box(self, node: int, other: int) -> bool:
+        """Whether `other` is next to a box that stands next to `node`."""
+        for way in range(self.first[other], self.first[other + 1]):
+            if self.top[self.ends[way]] >= 0 and self.adjacent(node, self.ends[way]):
                 return True
         return False
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import random
 
@@ -96,6 +97,26 @@ def test_hole_trail_becomes_the_shortest_way_to_where_the_hole_is_seen():
                 assert (key in field.keys(node)) == (node in true)
                 trails += 0.0 < wanted < 1.0
     assert trails > 500
+
+
+def test_hole_trails_of_many_holes_on_many_nodes_and_a_copy_of_them():
+    """Far more of them than there is room for at first, so that they are moved about."""
+    points = [(i % 12, i // 12, 0.0) for i in range(144)]
+    edges = [(i, j) for i in range(144) for j in (i + 1, i + 12) if j < 144 and (j % 12 or j == i + 12)]
+    holes = {node: (0.0, 0.0) for node in range(5, 144, 6)}
+    world = World(place(points, edges, goal=0, agents=[], detection_radius=1.0, holes=holes))
+    field = HoleTrail(world)
+    sweep(world, field, 0, 12)
+    graph = reachable_graph(world)
+    for key, hole in enumerate(world.scenario.holes):
+        seers = {n for n in range(144) if world.topology.distance(n, hole.node) <= 1.0}
+        true = nx.multi_source_dijkstra_path_length(graph, seers)
+        for node in range(144):
+            assert field.at(node, key) == pytest.approx(math.exp(-true[node]))
+    twin, before = copy.deepcopy(field), list(field.frame())
+    assert list(twin.frame()) == before and len(before) == 144 * len(holes)
+    twin.load([Write(0, 0, 0.5)])
+    assert twin.at(0, 0) == pytest.approx(0.5) and list(field.frame()) == before
 
 
 def test_distance_counts_up_but_d_stays_at_zero_when_the_goal_is_cut_off():

@@ -12,6 +12,7 @@ import colonysim
 from colonysim.simulation import episode
 from colonysim.simulation.strides import Strides
 from colonysim.testing.worlds import random_scenario
+from colonysim.world.invent import invent
 
 VARIANTS = [
     {},
@@ -56,6 +57,28 @@ def test_strides_are_what_a_large_map_consists_of(monkeypatch):
     document = {"name": "grid", "topology": {"kind": "grid", "columns": 12, "rows": 12}, "agents": [0, 7], "goal": 143}
     run = colonysim.run(colonysim.scenario_from_document(document), episodes=3, seed=1, trace=False)
     assert len(taken) < 0.05 * run.manifest["rows"]["decisions"]
+
+
+def test_among_boxes_too_next_to_nothing_is_decided_the_long_way(monkeypatch):
+    taken = []
+
+    class Counted(episode.Episode):
+        def _decide(self, agent):
+            taken.append(agent)
+            return super()._decide(agent)
+
+    monkeypatch.setattr(colonysim.simulation, "Episode", Counted)
+    document = invent("grid", columns=12, rows=12, holes=4, spare=8, agents=6, seed=2)
+    run = colonysim.run(colonysim.scenario_from_document(document), episodes=3, seed=1, trace=False)
+    assert taken == [] and run.manifest["rows"]["decisions"] > 100
+
+
+def test_a_crowd_that_waits_and_wakes_is_the_same_either_way(monkeypatch):
+    document = invent("grid", columns=14, rows=14, holes=3, spare=7, agents=60, crowded=True, seed=5)
+    scenario = colonysim.scenario_from_document({**document, "max_steps": 12})
+    short = colonysim.run(scenario, episodes=2, seed=3, trace=False)
+    monkeypatch.setattr(episode, "strides_of", lambda *_: None)
+    assert colonysim.run(scenario, episodes=2, seed=3, trace=False).trace_sha256 == short.trace_sha256
 
 
 @pytest.mark.parametrize("seed", range(6))
