@@ -24,8 +24,8 @@ _TURN_START, _TURN_STOP = 0.3, 0.06
 """With one threshold for both a robot orbits its target instead of turning towards it."""
 _FAULT_TICKS = 6
 _GUARD_TICKS = 9
-_HOLD_TICKS = 3
-"""On its way a robot chooses its wheel speeds 20 times a second, and holds them for this many ticks."""
+_HOLD_TICKS = 4
+"""On its way a robot chooses its wheel speeds 15 times a second, and holds them for this many ticks."""
 _LOOK_AHEAD = 0.9
 _PATIENCE = 12.0
 _FAR_ROBOT = 3.0
