@@ -51,7 +51,7 @@ cdef class Strides:
     @cython.locals(thought=Thought)
     cpdef taken_back(self, int agent)
     @cython.locals(view=LocalView)
-    cdef arrived(self, int agent)
+    cdef tell(self, int agent)
 
     @cython.locals(i=int, last=int, chosen=int, top=double, total=double, chances="double[::1]", options="int[::1]", beta=double)
     cdef int choose(self, int count, bint explored, double rest)

@@ -74,7 +74,7 @@ class Strides:
         world: As it is at the start of the episode; its arrays are read and written.
         fields: D, B, H and E.
         backend: How long a travel takes.
-        policy: What thinks.
+        policy: What decides wherever there is more to it than a stroll.
         memories: What each agent remembers; the list is shared with the episode, as are the following.
         views: What each agent sees.
         random: Each agent's stream.
@@ -146,7 +146,7 @@ class Strides:
         """
         node = self.agent_node[agent]
         if node == self.goal or self.steps[agent] >= self.max_steps or self.reserved[agent]:
-            self.arrived(agent)
+            self.tell(agent)
             return -1.0
         if self.agent_box[agent] < 0 and not self.clear_requests:  # asked to make way, or to keep off a node
             memory = self.memories[agent]
@@ -178,16 +178,14 @@ class Strides:
 
     def think(self, agent: int, node: int, now: float) -> float:
         """Lets the policy decide, and begins what it has decided on if nothing is in the way."""
-        self.arrived(agent)
+        self.tell(agent)
         view, world = self.views[agent], self.world
         view.look()
         thought = self.policy.think(view, self.memories[agent], self.random[agent])
         self.memories[agent] = thought.memory
         target, box, level, ends_at, pushed = thought.node, thought.box, world.level(agent), thought.node, False
         if thought.nodes:
-            self.rows.decision(
-                agent, node, thought.explored, target, thought.nodes, thought.boxes, thought.chances
-            )  # fmt: skip
+            self.rows.decision(agent, node, thought.explored, target, thought.nodes, thought.boxes, thought.chances)
         possible = target >= 0 and world.free(agent, target)
         if possible and box < 0:
             possible = world.passable(level, node, target)
@@ -228,8 +226,8 @@ class Strides:
         thought = self.handed.pop(agent, None) if self.handed else None
         return None if thought is None else thought.choice()
 
-    def arrived(self, agent: int) -> None:
-        """Tells the view of an agent that has just arrived."""
+    def tell(self, agent: int) -> None:
+        """Lets the view of an agent know if it has just arrived."""
         if self.moved[agent]:
             self.moved[agent] = 0
             view = self.views[agent]
