@@ -50,7 +50,8 @@ class Action:
             here = scene.course(agent)
             self.held = closing_in(here, speeds, others)
             self.look_at = ticks + ticks_until_close(here, others)
-        # A scene keeps what it was asked for, and most speeds are those of the tick before.
+        # A scene keeps what it was asked for, and most speeds are those of the tick before. (Who puts a robot elsewhere
+        # while it is doing something stops it.)
         if speeds is self._speeds and self.held == held:
             return
         self._speeds = speeds

@@ -85,6 +85,8 @@ class HoleTrail(Marks):
 
     def farness(self, node: int, hole: int) -> float:
         """-ln H: comparisons on it need no exponential, so they are the same on every processor."""
+        if not 0 <= node < len(self._start):
+            return NOWHERE
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             if self._holes[k] == hole:
@@ -94,6 +96,8 @@ class HoleTrail(Marks):
     def keys(self, node: int) -> Sequence[int]:
         """The holes that have a trail at a node, ascending."""
         found: list[int] = []
+        if not 0 <= node < len(self._start):
+            return found
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             if self._fars[k] + self._aged < FARTHEST:
@@ -216,7 +220,7 @@ class HoleTrail(Marks):
         ]
 
     def load(self, frame: Iterable[Write]) -> None:
-        """Takes over trails."""
+        """Takes over trails, those of holes and nodes that the world has."""
         for node, hole, value in frame:
-            if value > 0.0:
+            if value > 0.0 and 0 <= node < len(self._start) and 0 <= hole < len(self._best):
                 self._replace(node, self._trails(node) | {hole: -log(value) - self._aged})

@@ -40,7 +40,7 @@ class Stigmergy:
         preset = scenario.parameters.get("preset", "colony")
         self.name = str(preset) if settings is None else "stigmergy"
         self._goal = scenario.goal
-        # Asked for in every decision.
+        # Asked for in every decision; settings cannot change.
         s = self.settings
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear

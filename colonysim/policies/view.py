@@ -212,7 +212,7 @@ class LocalView:
 
     def box_node(self, box: int) -> int:
         """Where a visible box is."""
-        node = self._world.box_node[box]
+        node = self._world.box_node[box] if box >= 0 else -1
         if not self.sees(node):
             raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
         return node

@@ -32,7 +32,7 @@ def mirrored_control(control: int) -> Control:
 
 
 def mirrored(batch: Batch, signs: npt.NDArray[np.float32], rng: np.random.Generator) -> Batch:
-    """A batch with each transition, drawn by lot, replaced by its mirror image.
+    """A batch with each transition replaced by its mirror image with a chance of one half.
 
     Args:
         batch: Transitions with encoded states.

@@ -168,8 +168,8 @@ class Episode:
             decided = None
             if strides is not None:
                 if (seconds := strides.depart(agent, self.now)) >= 0.0:
-                    yield self._strides(agent, strides, seconds)
-                decided = strides.taken_back(agent)
+                    yield self._go_on(agent, strides, seconds)
+                decided = strides.handed_back(agent)
             if self._done(agent):
                 return
             choice = decided or self._decide(agent)
@@ -190,7 +190,7 @@ class Episode:
             if self._settle(agent, intent, outcome, began):
                 yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
 
-    def _strides(self, agent: int, strides: Strides, seconds: float) -> simpy.Event:
+    def _go_on(self, agent: int, strides: Strides, seconds: float) -> simpy.Event:
         """Lets an agent go on and on; the event comes when it is done, waits, or cannot do what it has decided.
 
         One timer serves all the steps and the agent's process sleeps through them: SimPy's part of a step halves.

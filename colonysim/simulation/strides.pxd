@@ -47,9 +47,9 @@ cdef class Strides:
     cdef double think(self, int agent, int node, double now) except? -1
 
     cdef int way(self, int node, int target)
-    cdef reserve(self, int agent, int target, double now)
+    cdef begin(self, int agent, int target, double now)
     @cython.locals(thought=Thought)
-    cpdef taken_back(self, int agent)
+    cpdef handed_back(self, int agent)
     @cython.locals(view=LocalView)
     cdef tell(self, int agent)
 

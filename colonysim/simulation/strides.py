@@ -21,6 +21,7 @@ from colonysim.pheromones import Distance, Exploration
 from colonysim.pheromones.box import BoxWorth
 from colonysim.pheromones.field import Visit
 from colonysim.pheromones.hole import HoleTrail
+from colonysim.policies.presets import Colony
 from colonysim.policies.stigmergy import Stigmergy
 
 if TYPE_CHECKING:
@@ -56,8 +57,8 @@ def strides_of(
     """The strides of an episode, or None if they would not do what policy, fields or backend say."""
     if not isinstance(policy, Stigmergy) or not isinstance(backend, NodeWorld):
         return None
-    if (type(policy), type(backend)) != (Stigmergy, NodeWorld):  # what is derived from them may do as it likes
-        return None
+    if type(policy) not in (Stigmergy, Colony) or type(backend) is not NodeWorld:
+        return None  # what else is derived from them may do as it likes
     s = policy.settings
     known = {"D": Distance, "B": BoxWorth, "H": HoleTrail, "E": Exploration}
     if {name: type(field) for name, field in fields.items()} != known:
@@ -73,7 +74,7 @@ class Strides:
     Args:
         world: As it is at the start of the episode; its arrays are read and written.
         fields: D, B, H and E.
-        backend: How long a travel takes.
+        backend: How long a step takes.
         policy: What decides wherever there is more to it than a stroll.
         memories: What each agent remembers; the list is shared with the episode, as are the following.
         views: What each agent sees.
@@ -142,7 +143,7 @@ class Strides:
     def depart(self, agent: int, now: float) -> float:
         """Lets an agent decide and begin a step (Algorithm 9); returns how long it takes.
 
-        Returns -1 if the agent is done, or if its step cannot begin now; what it has decided is then in `taken_back`.
+        Returns -1 if the agent is done, or if its step cannot begin now; what it has decided is then in `handed_back`.
         """
         node = self.agent_node[agent]
         if node == self.goal or self.steps[agent] >= self.max_steps or self.reserved[agent]:
@@ -172,7 +173,7 @@ class Strides:
         chosen = self.choose(count, explored, draw())
         target, way = options[chosen], self.ways[chosen]
         self.rows.chose(agent, node, explored, target, options, self.chances, count)
-        self.reserve(agent, target, now)
+        self.begin(agent, target, now)
         self.box[agent] = -1
         return self.seconds(agent, node, target, self.lengths[way], False)
 
@@ -199,7 +200,7 @@ class Strides:
         if not possible or way < 0:
             self.handed[agent] = thought
             return -1.0
-        self.reserve(agent, target, now)
+        self.begin(agent, target, now)
         self.box[agent], self.hole[agent], self.ends_at[agent] = box, thought.hole, ends_at
         if self.clear_requests:
             self.withdraw(agent)
@@ -214,20 +215,20 @@ class Strides:
                 return way
         return -1
 
-    def reserve(self, agent: int, target: int, now: float) -> None:
-        """The step begins."""
+    def begin(self, agent: int, target: int, now: float) -> None:
+        """Reserves the target and counts the step."""
         self.node_holder[target] = agent
         self.reserved[agent] = (target,)
         self.target[agent], self.began[agent] = target, now
         self.steps[agent] += 1
 
-    def taken_back(self, agent: int) -> Choice | None:
+    def handed_back(self, agent: int) -> Choice | None:
         """What an agent has decided and not begun, if anything; once."""
         thought = self.handed.pop(agent, None) if self.handed else None
         return None if thought is None else thought.choice()
 
     def tell(self, agent: int) -> None:
-        """Lets the view of an agent know if it has just arrived."""
+        """Lets the view of an agent know if its step has just ended."""
         if self.moved[agent]:
             self.moved[agent] = 0
             view = self.views[agent]
@@ -278,7 +279,7 @@ class Strides:
         return took
 
     def arrive(self, agent: int) -> tuple[int, int]:
-        """Ends the step: the agent is there and deposits; returns the nodes that changed."""
+        """Ends the step: the agent is where it leads and deposits; returns the nodes that changed."""
         origin, target, before = self.agent_node[agent], self.target[agent], self.agent_from[agent]
         self.node_holder[target] = -1
         self.reserved[agent] = ()

@@ -4,11 +4,11 @@ cimport cython
 
 cdef class Waiting:
     cdef readonly dict events
-    cdef dict _at
+    cdef dict _at, _full
     cdef long long[::1] _waits
     cdef long long _agents
 
-    @cython.locals(wait="long long", waits=list, count=cython.Py_ssize_t, w="long long")
+    @cython.locals(wait="long long", waits=list, w="long long")
     cpdef begin(self, int agent, nodes, event)
     cpdef end(self, int agent)
     @cython.locals(wait="long long", waits=list, agent=int)

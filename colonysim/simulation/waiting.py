@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["Waiting"]
 
 FEW = 64
-"""Longer lists are cleared of waits that are over, each time they have doubled."""
+"""Longer lists are cleared of waits that are over whenever they have become twice as long as after the last time."""
 
 
 class Waiting:
@@ -34,6 +34,7 @@ class Waiting:
         self._agents = agents
         self._waits = array("q", range(agents))
         self._at: dict[int, list[int]] = {}
+        self._full: dict[int, int] = {}
 
     def begin(self, agent: int, nodes: Iterable[int], event: simpy.Event) -> None:
         """An agent begins to wait for a change on one of the nodes, or for the event to come otherwise."""
@@ -44,9 +45,9 @@ class Waiting:
             if waits is None:
                 waits = self._at[node] = []
             waits.append(wait)
-            count = len(waits)
-            if count >= FEW and count & (count - 1) == 0:
-                self._at[node] = [w for w in waits if self._waits[w % self._agents] == w]
+            if len(waits) >= FEW and len(waits) >= self._full.get(node, FEW):
+                waits = self._at[node] = [w for w in waits if self._waits[w % self._agents] == w]
+                self._full[node] = max(FEW, 2 * len(waits))
 
     def end(self, agent: int) -> None:
         """An agent waits no more."""

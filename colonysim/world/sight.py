@@ -122,6 +122,8 @@ class Sight:
 
     def beside_box(self, node: int, other: int) -> bool:
         """Whether `other` is next to a box that stands next to `node`."""
+        if not 0 <= other < self.size:
+            return False
         for way in range(self.first[other], self.first[other + 1]):
             if self.top[self.ends[way]] >= 0 and self.adjacent(node, self.ends[way]):
                 return True
@@ -244,7 +246,7 @@ class Sight:
         if not some:
             return None
         for box in shunned:
-            if box >= 0 and top[self.box_node[box]] == box:
+            if 0 <= box < len(self.box_node) and top[self.box_node[box]] == box:
                 wanted[self.box_node[box]] = 0
         reach = self.reach
         if wanted[node] == search and -reach < self.box_base[top[node]] - level < reach:

@@ -151,7 +151,7 @@ class World:
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        if self._sight is not None:
+        if self._sight is not None:  # without boxes a large map is spared the arrays that a search needs
             return self._sight.exits(agent, self.agent_node[agent], self.level(agent))
         surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
         return [
@@ -289,7 +289,7 @@ class World:
         return self.claim(agent, intent.box if isinstance(intent, Push) else -1)
 
     def claim(self, agent: int, pushed: int) -> bool:
-        """`begin` of a push of that box, or of a travel if it is -1."""
+        """`begin` with a push of that box, or with a travel if it is -1: lets go of any other box."""
         claimed = pushed >= 0 and self.box_claim[pushed] != agent
         held = self.agent_box[agent]
         if held >= 0 and held != pushed and self.box_claim[held] == agent:
@@ -324,7 +324,14 @@ class World:
         return changed
 
     def pushed(self, agent: int, box: int, to: int, node: int) -> None:
-        """`apply` for a push that arrived and had nothing reserved any more: the box at `to`, the agent on `node`."""
+        """`apply` for a push, or a step to a box, that arrived and has nothing reserved any more.
+
+        Args:
+            agent: Who pushed.
+            box: The box.
+            to: Where it is now.
+            node: Where the agent is now.
+        """
         origin = self.agent_node[agent]
         self._move_box(box, to)
         if node != origin:

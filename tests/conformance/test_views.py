@@ -6,7 +6,7 @@ import pytest
 
 from colonysim import scenario_from_document
 from colonysim.backends.nodeworld import NodeWorld
-from colonysim.pheromones import BoxWorth, Distance
+from colonysim.pheromones import BoxWorth, Distance, HoleTrail
 from colonysim.policies.view import LocalView, OutOfSightError
 from colonysim.randomness import Streams
 from colonysim.world.state import World
@@ -29,7 +29,7 @@ def view() -> LocalView:
     scenario = scenario_from_document(DOCUMENT)
     world, body = World(scenario), NodeWorld()
     body.reset(world, Streams(0))
-    fields = {"D": Distance(world, d_max=20.0), "B": BoxWorth(world, start=40.0)}
+    fields = {"D": Distance(world, d_max=20.0), "B": BoxWorth(world, start=40.0), "H": HoleTrail(world)}
     view = LocalView(world, fields, body, agent=0)
     view.look()
     return view
@@ -75,6 +75,9 @@ REFUSED = {
     "D.values": lambda view: view.fields["D"].values([1, 2]),
     "D.keys": lambda view: view.fields["D"].keys(2),
     "B.at": lambda view: view.fields["B"].at(1, 0),
+    "H.at": lambda view: view.fields["H"].at(3, 0),
+    "H.keys": lambda view: view.fields["H"].keys(3),
+    "wanted": lambda view: view.wanted(2),
 }
 
 
@@ -82,3 +85,37 @@ REFUSED = {
 def test_what_lies_beyond_is_refused(view, ask):
     with pytest.raises(OutOfSightError):
         ask(view)
+
+
+NODES = (-1, 8, 10**8, -(10**9))
+ASKED = {
+    "D.at": lambda view, node: view.fields["D"].at(node),
+    "H.at": lambda view, node: view.fields["H"].at(node, 0),
+    "H.keys": lambda view, node: view.fields["H"].keys(node),
+    "free": lambda view, node: view.free(node),
+    "wanted": lambda view, node: view.wanted(node),
+    "position": lambda view, node: view.position(node),
+    "crowded": lambda view, node: view.crowded(node),
+    "box_node": lambda view, node: view.box_node(-1),
+}
+
+
+@pytest.mark.parametrize("node", NODES)
+@pytest.mark.parametrize("ask", ASKED.values(), ids=ASKED)
+def test_nodes_and_boxes_that_do_not_exist_are_refused_like_those_out_of_sight(view, ask, node):
+    with pytest.raises(OutOfSightError):
+        ask(view, node)
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_nodes_and_boxes_that_do_not_exist_are_nowhere_near(view, node):
+    assert not view.passable(node) and not view.sees(node) and not view.beside_box(node)
+    assert view.nearest_box((node,)) == (0, 1)
+
+
+def test_trails_of_holes_and_nodes_that_do_not_exist_are_left_out():
+    world = World(scenario_from_document(DOCUMENT))
+    field = HoleTrail(world)
+    field.load([(8, 0, 0.5), (10**8, 0, 0.5), (-1, 0, 0.5), (3, 7, 0.5), (3, -1, 0.5), (3, 0, 0.25)])
+    assert [tuple(write) for write in field.frame()] == [(3, 0, pytest.approx(0.25))]
+    assert field.at(10**8, 0) == 0.0 and list(field.keys(-1)) == []

@@ -103,7 +103,7 @@ def test_hole_trails_of_many_holes_on_many_nodes_and_a_copy_of_them():
     """Far more of them than there is room for at first, so that they are moved about."""
     points = [(i % 12, i // 12, 0.0) for i in range(144)]
     edges = [(i, j) for i in range(144) for j in (i + 1, i + 12) if j < 144 and (j % 12 or j == i + 12)]
-    holes = {node: (0.0, 0.0) for node in range(5, 144, 6)}
+    holes = dict.fromkeys(range(5, 144, 6), (0.0, 0.0))
     world = World(place(points, edges, goal=0, agents=[], detection_radius=1.0, holes=holes))
     field = HoleTrail(world)
     sweep(world, field, 0, 12)

@@ -18,7 +18,10 @@ VARIANTS = [
     {},
     {"distance_rule": "literal", "exploration_evaporation": None, "epsilon": 0.9, "epsilon_floor": 0.5},
     {"unvisited": "zero", "beta": 0.5, "deposit_at_start": True, "hole_evaporation": 0.0},
-]
+    {"hole_rule": "min", "box_credit": "enter", "stack_credit": "top", "exploration_on_wait": True, "box_cap": None},
+    {"ask_to_clear": False, "errands": False, "step_past": False, "patience": 1.0, "overfill": True,
+     "candidates_centre": "agent"},
+]  # fmt: skip
 
 PROGRAM = """
 import colonysim
@@ -43,6 +46,38 @@ def test_200_random_worlds_with_strides_and_without(monkeypatch):
     with_strides = [colonysim.run(varied(seed), seed=seed, trace=False).trace_sha256 for seed in range(200)]
     monkeypatch.setattr(episode, "strides_of", lambda *_: None)
     assert [colonysim.run(varied(seed), seed=seed, trace=False).trace_sha256 for seed in range(200)] == with_strides
+
+
+def test_measured_durations_of_travels_and_pushes_count_either_way(monkeypatch):
+    document = invent("grid", columns=10, rows=10, holes=2, spare=2, agents=3, seed=4)
+    place = colonysim.scenario_from_document(document).topology
+    edges = [(place.ids[i], place.ids[j]) for i, near in enumerate(place.neighbours) for j in near]
+    timing = {
+        "travels": [[i, j, 2.0 + (3 * i + j) % 7] for i, j in edges],
+        "pushes": [[i, j, 5.0 + (5 * i + j) % 11] for i, j in edges],
+    }
+    scenario = colonysim.scenario_from_document({**document, "timing": timing})
+    assert scenario.timing.travels and scenario.timing.pushes
+    short = colonysim.run(scenario, episodes=3, seed=2, trace=False)
+    monkeypatch.setattr(episode, "strides_of", lambda *_: None)
+    assert colonysim.run(scenario, episodes=3, seed=2, trace=False).trace_sha256 == short.trace_sha256
+
+
+def test_without_a_sink_the_same_happens_either_way(monkeypatch):
+    events = [list(colonysim.simulate(varied(seed), episodes=2, seed=seed)) for seed in range(20)]
+    monkeypatch.setattr(episode, "strides_of", lambda *_: None)
+    for seed, before in enumerate(events):
+        again = list(colonysim.simulate(varied(seed), episodes=2, seed=seed))
+        assert [e for e in again if e.kind != "episode"] == [e for e in before if e.kind != "episode"]
+
+
+def test_the_preset_colony_takes_strides_too_by_whatever_name(monkeypatch):
+    made, original = [], episode.strides_of
+    monkeypatch.setattr(episode, "strides_of", lambda *args: made.append(original(*args)) or made[-1])
+    by_name = colonysim.run("hard", policy="colony", episodes=2, seed=1, trace=False).trace_sha256
+    assert all(made)
+    monkeypatch.setattr(episode, "strides_of", lambda *_: None)
+    assert colonysim.run("hard", policy="colony", episodes=2, seed=1, trace=False).trace_sha256 == by_name
 
 
 def test_strides_are_what_a_large_map_consists_of(monkeypatch):

@@ -45,6 +45,17 @@ def test_who_waited_first_wakes_first_after_any_number_of_waits():
     assert order == [3, 0, 2]
 
 
+def test_a_crowd_at_one_node_is_kept_whole_however_often_its_list_is_cleared():
+    env, agents = simpy.Environment(), 3 * FEW - 2
+    waits = Waiting(agents)
+    events = {agent: waiting_on(waits, env, agent, 1) for agent in range(agents)}
+    for turn in range(5 * agents):
+        agent = turn * 7 % agents
+        waits.end(agent)
+        events[agent] = waiting_on(waits, env, agent, 1)
+    assert waits.wake((1,)) and all(event.triggered for event in events.values())
+
+
 def test_an_agent_can_be_called_by_name():
     env, waits = simpy.Environment(), Waiting(2)
     event = waiting_on(waits, env, 1, 4)

@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("pybullet")
 
 from colonysim.physics import BoxSpec, Ground, MissingEngineError, Pit, RobotSpec, Scene, Terrain, wheel_speeds
+from colonysim.physics.robot import Traction
 
 FLAT = Terrain((Ground(-5, -5, 5, 5, 0.0),))
 
@@ -102,6 +103,32 @@ def test_a_robot_that_leaves_the_ground_or_has_no_pose_is_found_out():
         assert scene.robot_fault(1) is None
         scene.place_robot(1, math.nan, 0, 0, 0)
         assert scene.robot_fault(1) == "nan"
+
+
+class Told:
+    """An engine that says where the body is."""
+
+    def __init__(self, *place: float) -> None:
+        self.place = place
+
+    def pose(self, body):
+        return self.place[:3], self.place[3:]
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("part", range(7))
+def test_a_pose_that_is_no_number_in_any_of_its_parts_is_found_out(part, wrong):
+    place = [0.0, 0.0, 0.2, 0.1, 0.1, 0.1, 1.0]
+    assert math.isfinite(Traction(Told(*place), 0).lowest())
+    place[part] = wrong
+    assert not math.isfinite(Traction(Told(*place), 0).lowest())
+
+
+def test_a_robot_on_low_ground_beside_a_higher_pit_is_well():
+    low, high = Ground(-3, -3, 3, 3, 0.0), Ground(4, -3, 10, 3, 1.0)
+    with Scene(Terrain((low, high), (Pit(7, 0, 0, rim=1.0),)), [], [RobotSpec(0, 0, 0, 0)]) as scene:
+        run(scene, 0.5)
+        assert scene.robot_fault(0) is None
 
 
 def test_placed_bodies_are_at_rest_and_removed_ones_are_gone():
