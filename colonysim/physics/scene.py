@@ -210,6 +210,8 @@ class Scene:
             pit: The pit.
             tilt: Largest roll or pitch, radians.
         """
+        if not pit.contains(*self.box(i)[:2]):
+            return False
         key = (i, pit, tilt)
         seated = self._seated.get(key)
         if seated is None:
@@ -218,7 +220,7 @@ class Scene:
 
     def _is_seated(self, i: int, pit: Pit, tilt: float) -> bool:
         pose, spec = self.box(i), self.boxes[i]
-        if not pit.contains(pose.x, pose.y) or max(abs(pose.roll), abs(pose.pitch)) > tilt:
+        if max(abs(pose.roll), abs(pose.pitch)) > tilt:
             return False
         floor = pit.rim - pit.depth
         underside = pose.z - spec.height / 2

@@ -15,6 +15,7 @@ cdef class Pilot:
     cdef object _log, _chooser, _control
     cdef Py_ssize_t _ticks
 
+    @cython.locals(same=cython.bint)
     cpdef note(self, control, chooser=*)
     cpdef fault(self)
     cpdef flush(self)

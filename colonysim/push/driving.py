@@ -79,7 +79,9 @@ class Pilot:
 
     def note(self, control: str, chooser: Chooser = "script") -> None:
         """A control is held for one more tick."""
-        if control != self._control or chooser != self._chooser:
+        # Most often they are the very same strings.
+        same = control is self._control and chooser is self._chooser
+        if not same and (control != self._control or chooser != self._chooser):
             self.flush()
             self._control, self._chooser = control, chooser
         self._ticks += 1

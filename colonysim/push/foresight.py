@@ -115,9 +115,11 @@ def _round(space: FreeSpace, start: Point, end: Point, at: Pose, side: float) ->
     a = math.atan2(start[1] - at.y, start[0] - at.x)
     turn = side * ((side * (math.atan2(end[1] - at.y, end[0] - at.x) - a)) % (2.0 * math.pi))
     ring = max(_RING, math.dist(start, at[:2]), math.dist(end, at[:2]))
-    angles = (a + turn * look / _LOOKS for look in range(_LOOKS + 1))
-    places = [(at.x + ring * math.cos(angle), at.y + ring * math.sin(angle)) for angle in angles]
-    return all(space.slack(x, y) >= 0.0 for x, y in (*places, end))
+    for look in range(_LOOKS + 1):
+        angle = a + turn * look / _LOOKS
+        if space.slack(at.x + ring * math.cos(angle), at.y + ring * math.sin(angle)) < 0.0:
+            return False
+    return space.slack(*end) >= 0.0
 
 
 def _limited(room: float) -> float:

@@ -63,11 +63,13 @@ class QNetwork:
     def forward(self, encoded: Float) -> Float:
         """Q of every control for states that are encoded already."""
         hidden = encoded
-        for weights, biases in self.layers[:-1]:
-            hidden = np.maximum(hidden @ weights.T + biases, 0.0)
-        weights, biases = self.layers[-1]
-        result: Float = hidden @ weights.T + biases
-        return result
+        last = len(self.layers) - 1
+        for i, (weights, biases) in enumerate(self.layers):
+            hidden = hidden @ weights.T
+            hidden += biases
+            if i < last:
+                np.maximum(hidden, 0.0, out=hidden)
+        return hidden
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """The layers as named arrays."""

@@ -2,7 +2,7 @@
 cimport cython
 from colonysim.push.footing cimport Footing
 
-cdef double _CELL, _WINDOW, _ESCAPE
+cdef double _CELL, _WINDOW, _ESCAPE, _DIAGONAL
 cdef int _SQUARE, _DISC
 
 
@@ -25,18 +25,24 @@ cdef class FreeSpace:
 
 cdef class _Grid:
     cdef FreeSpace _space
-    cdef double _start_x, _start_y, _at_start, xmin, ymin
-    cdef readonly int columns, rows
-    cdef readonly tuple first, last
-    cdef dict _prices
+    cdef double _start_x, _start_y, _at_start, _xmin, _ymin
+    cdef int _columns, _rows, _first, _last
+    cdef double[::1] _prices, _costs, _left
+    cdef int[::1] _came
+    cdef unsigned char[::1] _done
 
-    cdef tuple _cell(self, point)
-    cdef tuple place(self, tuple cell)
-    cdef price(self, tuple cell)
-
+    @cython.locals(column=int, row=int)
+    cdef int _cell(self, point)
+    cdef _place(self, int cell)
+    @cython.locals(price=double, column=int, row=int)
+    cdef double _price(self, int cell)
     @cython.locals(slack=double, dx=double, dy=double)
     cdef double _worked_out(self, double x, double y)
+    @cython.locals(left=double, rows=int, last=int)
+    cdef double _ahead(self, int cell)
 
-
-@cython.locals(grid=_Grid, queue=list, cost=dict, came=dict, done=set, here=tuple, there=tuple, dx=int, dy=int)
-cdef _search(FreeSpace space, start, goal)
+    @cython.locals(
+        rows=int, columns=int, first=int, last=int, costs="double[::1]", came="int[::1]", done="unsigned char[::1]",
+        queue=list, here=int, there=int, spent=double, column=int, row=int, dx=int, dy=int, reached=double,
+    )
+    cpdef search(self)

@@ -5,10 +5,9 @@ nearest obstacle; negative slack is a place where it must not be.
 """
 
 import heapq
-import itertools
 import math
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
@@ -28,6 +27,7 @@ ROBOT_CLEARANCE = 2 * ROBOT_RADIUS
 _CELL = 0.12
 _WINDOW = 3.0
 _ESCAPE = 0.8
+_DIAGONAL = math.sqrt(2.0)
 # Rows of the arrays below.
 _SQUARE, _DISC = 6, 3
 
@@ -130,8 +130,8 @@ class FreeSpace:
             return None
         if self.clear(start, goal, min(COMFORT / 2, self.slack(*start), at_goal)):
             return [goal]
-        grid = _search(self, start, goal)
-        return None if grid is None else self._straighten([start, *grid, goal])
+        found = _Grid(self, start, goal).search()
+        return None if found is None else self._straighten([start, *found, goal])
 
     def _straighten(self, points: list[Point]) -> list[Point]:
         """Leave out the waypoints that a straight line can do without."""
@@ -162,7 +162,9 @@ def _bends(points: list[Point]) -> list[Point]:
 
 
 class _Grid:
-    """What it costs to be in the cells around a start and a goal, worked out where the search comes by.
+    """The cells around a start and a goal, and what it costs to be there, worked out where the search comes by.
+
+    Cells are counted column by column. Every search makes one; compiled, it is plain numbers (`paths.pxd`).
 
     Args:
         space: The room there is.
@@ -173,27 +175,33 @@ class _Grid:
     def __init__(self, space: FreeSpace, start: Point, goal: Point) -> None:
         self._space = space
         self._start_x, self._start_y = start
-        self.xmin = min(start[0], goal[0]) - _WINDOW
-        self.ymin = min(start[1], goal[1]) - _WINDOW
-        self.columns = int((max(start[0], goal[0]) + _WINDOW - self.xmin) / _CELL) + 1
-        self.rows = int((max(start[1], goal[1]) + _WINDOW - self.ymin) / _CELL) + 1
-        self.first, self.last = self._cell(start), self._cell(goal)
+        self._xmin = min(start[0], goal[0]) - _WINDOW
+        self._ymin = min(start[1], goal[1]) - _WINDOW
+        self._columns = int((max(start[0], goal[0]) + _WINDOW - self._xmin) / _CELL) + 1
+        self._rows = int((max(start[1], goal[1]) + _WINDOW - self._ymin) / _CELL) + 1
+        self._first, self._last = self._cell(start), self._cell(goal)
         self._at_start = space.slack(*start)
-        self._prices: dict[tuple[int, int], float] = {self.first: 1.0, self.last: 1.0}
+        # By cell: what it costs (0: not known yet), the least cost of a way there, from which cell, and whether that is
+        # settled; and how far the goal is (below 0: not known yet).
+        size = self._columns * self._rows
+        self._prices, self._costs = array("d", bytes(8 * size)), array("d", [math.inf]) * size
+        self._came, self._done, self._left = array("i", [-1]) * size, bytearray(size), array("d", [-1.0]) * size
+        self._prices[self._first] = self._prices[self._last] = 1.0
 
-    def _cell(self, point: Point) -> tuple[int, int]:
-        return round((point[0] - self.xmin) / _CELL), round((point[1] - self.ymin) / _CELL)
+    def _cell(self, point: Point) -> int:
+        column, row = round((point[0] - self._xmin) / _CELL), round((point[1] - self._ymin) / _CELL)
+        return column * self._rows + row
 
-    def place(self, cell: tuple[int, int]) -> Point:
+    def _place(self, cell: int) -> Point:
         """The middle of a cell."""
-        return self.xmin + _CELL * cell[0], self.ymin + _CELL * cell[1]
+        return self._xmin + _CELL * (cell // self._rows), self._ymin + _CELL * (cell % self._rows)
 
-    def price(self, cell: tuple[int, int]) -> float:
+    def _price(self, cell: int) -> float:
         """Cost of a cell's width: more where there is little slack, infinite where a robot must not be."""
-        price = self._prices.get(cell)
-        if price is None:
-            x, y = self.place(cell)
-            price = self._prices[cell] = self._worked_out(x, y)
+        price = self._prices[cell]
+        if price == 0.0:
+            column, row = cell // self._rows, cell % self._rows
+            price = self._prices[cell] = self._worked_out(self._xmin + _CELL * column, self._ymin + _CELL * row)
         return price
 
     def _worked_out(self, x: float, y: float) -> float:
@@ -206,38 +214,42 @@ class _Grid:
             slack = 0.0
         return 1.0 + 3.0 * max(0.0, min(1.0, 1.0 - slack / COMFORT))
 
+    def _ahead(self, cell: int) -> float:
+        """How far the goal's cell is, in cells."""
+        left = self._left[cell]
+        if left < 0.0:
+            rows, last = self._rows, self._last
+            left = self._left[cell] = math.dist((cell // rows, cell % rows), (last // rows, last % rows))
+        return left
 
-def _search(space: FreeSpace, start: Point, goal: Point) -> Sequence[Point] | None:
-    """A* over a grid that is laid around start and goal; places with little slack cost more."""
-    grid = _Grid(space, start, goal)
-    first, last = grid.first, grid.last
-    steps = [(dx, dy, math.hypot(dx, dy)) for dx, dy in itertools.product((-1, 0, 1), repeat=2) if (dx, dy) != (0, 0)]
-    cost = {first: 0.0}
-    came: dict[tuple[int, int], tuple[int, int]] = {}
-    queue = [(math.dist(first, last), first)]
-    done: set[tuple[int, int]] = set()
-    while queue:
-        _, here = heapq.heappop(queue)
-        if here == last:
-            break
-        if here in done:
-            continue
-        done.add(here)
-        spent = cost[here]
-        for dx, dy, length in steps:
-            there = (here[0] + dx, here[1] + dy)
-            if not (0 <= there[0] < grid.columns and 0 <= there[1] < grid.rows):
+    def search(self) -> list[Point] | None:
+        """A*: the places between start and goal on the cheapest way, or None; of equally good cells the lower first."""
+        rows, columns, first, last = self._rows, self._columns, self._first, self._last
+        costs, came, done = self._costs, self._came, self._done
+        costs[first] = 0.0
+        queue = [(self._ahead(first), first)]
+        while queue:
+            here = heapq.heappop(queue)[1]
+            if here == last:
+                break
+            if done[here]:
                 continue
-            reached = spent + length * grid.price(there)
-            if reached < cost.get(there, math.inf):
-                cost[there] = reached
-                came[there] = here
-                heapq.heappush(queue, (reached + math.dist(there, last), there))
-    if last not in came:
-        return None
-    points: list[Point] = []
-    here = came[last]
-    while here != first:
-        points.append(grid.place(here))
-        here = came[here]
-    return points[::-1]
+            done[here] = 1
+            spent, column, row = costs[here], here // rows, here % rows
+            for dx in range(-1, 2):
+                for dy in range(-1, 2):
+                    if (dx == 0 and dy == 0) or not (0 <= column + dx < columns and 0 <= row + dy < rows):
+                        continue
+                    there = here + dx * rows + dy
+                    reached = spent + (_DIAGONAL if dx != 0 and dy != 0 else 1.0) * self._price(there)
+                    if reached < costs[there]:
+                        costs[there], came[there] = reached, here
+                        heapq.heappush(queue, (reached + self._ahead(there), there))
+        if came[last] < 0:
+            return None
+        points: list[Point] = []
+        here = came[last]
+        while here != first:
+            points.append(self._place(here))
+            here = came[here]
+        return points[::-1]
