@@ -16,7 +16,7 @@ from colonysim.push.judging import STEP_LIMIT
 from colonysim.push.paths import everything_else
 from colonysim.push.seeds import Purpose, episode_rng
 from colonysim.push.starts import KINDS, Start, distribution, draw
-from colonysim.push.state import observe
+from colonysim.push.state import State, observe
 from colonysim.push.task import Kind, PushTask, run_alone
 
 
@@ -96,14 +96,19 @@ def test_rl_goes_to_where_the_classifier_expects_it_to_succeed() -> None:
 
 
 def test_the_chance_of_a_push_counts_only_places_with_room_for_the_robot() -> None:
+    def behind(state: State) -> float:
+        return float(state.behind > 0.8)
+
     # Behind the box there are .9 m of ground: too little to stand on.
-    terrain = Terrain((Ground(-0.9, -9.0, 9.0, 9.0, 0.0),))
-    with Scene(terrain, [WRONG_SIDE.box], [WRONG_SIDE.robot]) as scene:
-        around = everything_else(scene, 0)
-        assert chance_of_push(scene, 0, WRONG_SIDE.task, load_feasibility(), around()) < 0.5
-        run = make_executor("rl", gate=load_feasibility())
-        result = run_alone(scene, 0, run(scene, 0, WRONG_SIDE.task, around))
-        assert (result.success, result.reason) == (False, "infeasible")
+    for xmin, chance in ((-9.0, 1.0), (-0.9, 0.0)):
+        terrain = Terrain((Ground(xmin, -9.0, 9.0, 9.0, 0.0),))
+        with Scene(terrain, [WRONG_SIDE.box], [WRONG_SIDE.robot]) as scene:
+            around = everything_else(scene, 0)
+            assert chance_of_push(scene, 0, WRONG_SIDE.task, behind, around()) == chance
+            if not chance:
+                run = make_executor("rl", gate=behind)
+                result = run_alone(scene, 0, run(scene, 0, WRONG_SIDE.task, around))
+                assert (result.success, result.reason) == (False, "infeasible")
 
 
 def test_pushes_are_reproducible() -> None:
