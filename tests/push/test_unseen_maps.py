@@ -11,14 +11,16 @@ from colonysim.push import drive_to, everything_else, run_alone
 from colonysim.world.loading import load_scenario
 
 MAPS = sorted((Path(__file__).parent / "maps").glob("*.yaml"))
+PITS_AND_RAMPS = {"causeway": (0.25, 0), "weir": (0.25, 1), "dogleg": (0.5, 0)}
 
 
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
 def test_they_can_be_built(path: Path) -> None:
     layout = lay_out(load_scenario(path))
     assert {box.height for box in layout.boxes} == {0.25}
-    deep = max(pit.depth for pit in layout.terrain.pits)
-    assert (deep, len(layout.terrain.ramps)) == ((0.25, 0) if path.stem == "causeway" else (pytest.approx(0.5), 1))
+    deep, ramps = PITS_AND_RAMPS.get(path.stem, (0.5, 1))
+    assert max(pit.depth for pit in layout.terrain.pits) == pytest.approx(deep)
+    assert len(layout.terrain.ramps) == ramps
 
 
 @pytest.mark.parametrize("target", [(4.6, 3.0), (3.1, 4.5), (3.1, 1.5)])
