@@ -59,6 +59,8 @@ def strides_of(
         return None
     if type(policy) not in (Stigmergy, Colony) or type(backend) is not NodeWorld:
         return None  # what else is derived from them may do as it likes
+    if _overrides(policy) or _overrides(backend):
+        return None
     s = policy.settings
     known = {"D": Distance, "B": BoxWorth, "H": HoleTrail, "E": Exploration}
     if {name: type(field) for name, field in fields.items()} != known:
@@ -66,6 +68,11 @@ def strides_of(
     if s.collision != "reservation" or s.epsilon_per != "episode" or s.updates != "occupied":
         return None
     return Strides(world, fields, backend, policy, memories, views, random, steps, rows, withdraw)
+
+
+def _overrides(thing: object) -> bool:
+    """Whether an object has attributes of its own in place of its class's, such as another `decide`."""
+    return any(hasattr(type(thing), name) for name in getattr(thing, "__dict__", ()))
 
 
 class Strides:
