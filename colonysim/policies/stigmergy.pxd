@@ -25,7 +25,7 @@ cdef class Stigmergy:
     cdef Thought _choose(self, LocalView view, memory, random)
     @cython.locals(box=int, first=int, worth=FieldWindow, values=list, found=list, hole=int, pick=int)
     cdef Thought _exploit(self, LocalView view, memory, random, list options)
-    @cython.locals(i=int, values=list, nodes=list, boxes=list, beside=dict, distance=FieldWindow, thought=Thought, chances=list)
+    @cython.locals(i=int, values=list, nodes=list, boxes=list, beside=dict, thought=Thought, chances=list)
     cdef Thought _follow_distance(
         self, LocalView view, memory, random, list options, int box=*, int towards=*, double worth=*,
         tuple target=*,
@@ -37,7 +37,10 @@ cdef class Stigmergy:
         planned=tuple, found=list, candidates=set, pushes=list,
     )
     cpdef list _targets(self, LocalView view, memory, int box, int from_node)
-    @cython.locals(box=int, at=int, marks=FieldWindow, nodes=list, chances=list, boxes=list, chosen=int, hole=int, thought=Thought, targets=dict, held=dict, epsilon=double)
+    @cython.locals(
+        box=int, at=int, nodes=list, chances=list, boxes=list, chosen=int, hole=int, thought=Thought, targets=dict, held=dict,
+        epsilon=double,
+    )
     cdef Thought _explore(self, LocalView view, memory, random, list options)
     cdef dict _boxes_to_pass(self, LocalView view, memory)
     @cython.locals(at=int, thought=Thought)

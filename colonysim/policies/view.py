@@ -233,7 +233,7 @@ class LocalView:
         return box if box >= 0 and self._world.box_claim[box] == self.agent else -1
 
     def beside_box(self, node: int) -> bool:
-        """Whether a node is a neighbour of a box that stands next to the agent or with it."""
+        """Whether a node is next to a box that stands next to the agent."""
         return self._world.sight().beside_box(self.node, node)
 
     def graspable_from(self, node: int, box: int) -> bool:

@@ -80,29 +80,27 @@ def test_the_preset_colony_takes_strides_too_by_whatever_name(monkeypatch):
     assert colonysim.run("hard", policy="colony", episodes=2, seed=1, trace=False).trace_sha256 == by_name
 
 
-def test_strides_are_what_a_large_map_consists_of(monkeypatch):
-    taken = []
+@pytest.fixture
+def taken(monkeypatch):
+    """The agents of the decisions that were taken the long way round."""
+    agents = []
 
     class Counted(episode.Episode):
         def _decide(self, agent):
-            taken.append(agent)
+            agents.append(agent)
             return super()._decide(agent)
 
     monkeypatch.setattr(colonysim.simulation, "Episode", Counted)
+    return agents
+
+
+def test_strides_are_what_a_large_map_consists_of(taken):
     document = {"name": "grid", "topology": {"kind": "grid", "columns": 12, "rows": 12}, "agents": [0, 7], "goal": 143}
     run = colonysim.run(colonysim.scenario_from_document(document), episodes=3, seed=1, trace=False)
     assert len(taken) < 0.05 * run.manifest["rows"]["decisions"]
 
 
-def test_among_boxes_too_next_to_nothing_is_decided_the_long_way(monkeypatch):
-    taken = []
-
-    class Counted(episode.Episode):
-        def _decide(self, agent):
-            taken.append(agent)
-            return super()._decide(agent)
-
-    monkeypatch.setattr(colonysim.simulation, "Episode", Counted)
+def test_among_boxes_too_nothing_is_decided_the_long_way(taken):
     document = invent("grid", columns=12, rows=12, holes=4, spare=8, agents=6, seed=2)
     run = colonysim.run(colonysim.scenario_from_document(document), episodes=3, seed=1, trace=False)
     assert taken == [] and run.manifest["rows"]["decisions"] > 100
