@@ -186,21 +186,30 @@ class Pilot:
         speed: float,
         tolerance: float = 0.05,
         arrived: Callable[[], bool] | None = None,
+        path: Sequence[Point] | None = None,
     ) -> Part:
-        """Plan a way to a point and drive it, waiting for robots that stand in it and planning again."""
+        """Plan a way to a point and drive it, waiting for robots that stand in it and planning again.
+
+        Args:
+            goal: The point, metres.
+            obstacles: What to drive round.
+            speed: Metres per second.
+            tolerance: How close to the point it ends, metres.
+            arrived: Asked before each choice of speeds; True ends the part early, as done.
+            path: A way that has just been found, not to be looked for again.
+        """
         until = self.scene.time + _PATIENCE
         lookout = _Lookout(self.scene, self.robot, obstacles)
         while True:
             pose = self.pose
-            around = self.near(obstacles())
-            path = FreeSpace(self.scene, around).path((pose.x, pose.y), goal)
-            reason = "no way"
-            if path is not None:
-                reason = yield from self.follow(path, speed, tolerance, lookout.blocked, arrived)
+            way = path or FreeSpace(self.scene, self.near(obstacles())).path((pose.x, pose.y), goal)
+            path, reason = None, "no way"
+            if way is not None:
+                reason = yield from self.follow(way, speed, tolerance, lookout.blocked, arrived)
                 if reason not in ("blocked", "stuck"):
                     return reason
             # Another robot may be about to leave; what stands still will not.
-            if self.scene.time >= until or (reason == "no way" and not around.robots):
+            if self.scene.time >= until or (reason == "no way" and not self.near(obstacles()).robots):
                 return reason
             if (fault := (yield from self.wait(0.7))) != "done":
                 return fault

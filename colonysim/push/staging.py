@@ -1,6 +1,5 @@
 """Where to stand behind a box, how a push is split into straight legs, and getting to the staging pose."""
 
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -32,6 +31,7 @@ _RUN_UP = 1.25
 _STEP = 0.04
 """A box slides over no higher step, metres in a tenth of a metre."""
 _PATIENCE = 10.0
+_NOWHERE = -math.inf
 
 
 class Face(NamedTuple):
@@ -212,20 +212,27 @@ def _corridor_slack(scene: Scene, box: int, leg: Leg, space: FreeSpace) -> float
     """Slack of the box's centre line: the robot's own, and no step in the ground under the box."""
     (x0, y0), (x1, y1) = leg.start, leg.goal
     parts = max(1, math.ceil(leg.length / 0.1))
-    shares = [*(k * (1.0 / parts) for k in range(parts)), 1.0]
-    places = [(x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in shares]
+    part = 1.0 / parts
     half, footing = scene.boxes[box].length / 2, footing_on(scene.terrain)
-    middle = [footing.height(x, y) for x, y in places]
-    if not all(map(math.isfinite, middle)) or any(abs(b - a) > _STEP for a, b in itertools.pairwise(middle)):
-        return -half
-    # Nor a step up that a corner of the box would run against.
+    # Along the middle, and where the corners of the box pass: nor may one of them run against a step up.
     c, s = math.cos(leg.heading), math.sin(leg.heading)
-    for aside in (half, -half):
-        side = [footing.height(x - aside * s, y + aside * c) for x, y in places]
-        if any(b - a > _STEP for a, b in itertools.pairwise(side)):
+    before = before_left = before_right = math.inf
+    for k in range(parts + 1):
+        share = k * part if k < parts else 1.0
+        x, y = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+        here = footing.height(x, y)
+        left, right = footing.height(x - half * s, y + half * c), footing.height(x + half * s, y - half * c)
+        if here == _NOWHERE or (k > 0 and abs(here - before) > _STEP):
             return -half
+        if left - before_left > _STEP or right - before_right > _STEP:
+            return -half
+        before, before_left, before_right = here, left, right
     # The box's own half is wider than the robot's disc by little; at its ends it may overhang nodes.
-    return min(space.slack(x, y) for x, y in places) - (half - PIT_CLEARANCE)
+    least = math.inf
+    for k in range(parts + 1):
+        share = k * part if k < parts else 1.0
+        least = min(least, space.slack(x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
+    return least - (half - PIT_CLEARANCE)
 
 
 def stage_part(
@@ -270,7 +277,8 @@ def stage_part(
         pose = pilot.pose
         space = FreeSpace(scene, pilot.near(around()))
         for point in staging_points(scene, box, (at.x, at.y), heading, coarse):
-            if space.path((pose.x, pose.y), point) is not None:
+            path = space.path((pose.x, pose.y), point)
+            if path is not None:
                 break
         else:
             # Another robot may be about to leave; what stands still will not.
@@ -279,7 +287,7 @@ def stage_part(
             if (reason := (yield from pilot.wait(1.0))) != "done":
                 return reason
             continue
-        reason = yield from pilot.go(point, around, STAGING_SPEED, 0.03, arrived)
+        reason = yield from pilot.go(point, around, STAGING_SPEED, 0.03, arrived, path)
         if reason in ("blocked", "no way", "stuck"):
             return "no staging pose" if reason == "no way" else reason
         if reason != "done":
@@ -295,12 +303,14 @@ def stage_part(
 
 def coarsely_staged(pilot: Pilot, box: int, heading: float, any_heading: bool = False) -> bool:
     """Whether a robot stands where a coarse handover may happen."""
-    pose, at = pilot.pose, pilot.scene.box(box)
-    distance = math.dist(pose[:2], at[:2])
-    bearing = wrap(math.atan2(at.y - pose.y, at.x - pose.x) - heading)
-    if not COARSE_NEAR <= distance <= COARSE_FAR or abs(bearing) > COARSE_BEARING:
+    x, y, yaw = pilot.scene.course(pilot.robot)
+    at = pilot.scene.box(box)
+    dx, dy = at.x - x, at.y - y
+    if not COARSE_NEAR <= math.hypot(dx, dy) <= COARSE_FAR:
         return False
-    return any_heading or abs(wrap(pose.yaw - heading)) <= COARSE_HEADING
+    if abs(wrap(math.atan2(dy, dx) - heading)) > COARSE_BEARING:
+        return False
+    return any_heading or abs(wrap(yaw - heading)) <= COARSE_HEADING
 
 
 def in_place(pilot: Pilot, box: int, heading: float) -> bool:
