@@ -23,6 +23,19 @@ cdef class FreeSpace:
     cpdef bint clear(self, start, end, double least)
 
 
+cdef class _Queue:
+    cdef int[::1] _cells, _places
+    cdef double[::1] _costs
+    cdef int _count
+
+    @cython.locals(cells="int[::1]", places="int[::1]", costs="double[::1]", place=int, above=int, other=int)
+    cdef put(self, int cell, double cost)
+    @cython.locals(cells="int[::1]", places="int[::1]", place=int, count=int, below=int, found=int, cell=int, other=int)
+    cdef int pop(self)
+    @cython.locals(a=double, b=double)
+    cdef bint _before(self, int one, int other)
+
+
 cdef class _Grid:
     cdef FreeSpace _space
     cdef double _start_x, _start_y, _at_start, _xmin, _ymin
@@ -38,11 +51,11 @@ cdef class _Grid:
     cdef double _price(self, int cell)
     @cython.locals(slack=double, dx=double, dy=double)
     cdef double _worked_out(self, double x, double y)
-    @cython.locals(left=double, rows=int, last=int)
+    @cython.locals(left=double, rows=int, last=int, dx=int, dy=int)
     cdef double _ahead(self, int cell)
 
     @cython.locals(
         rows=int, columns=int, first=int, last=int, costs="double[::1]", came="int[::1]", done="unsigned char[::1]",
-        queue=list, here=int, there=int, spent=double, column=int, row=int, dx=int, dy=int, reached=double,
+        queue=_Queue, here=int, there=int, spent=double, column=int, row=int, dx=int, dy=int, reached=double,
     )
     cpdef search(self)

@@ -1,10 +1,10 @@
+# cython: boundscheck=False
 """Room for a robot among pits, boxes, robots and the ground's border, and ways through it.
 
 The robot is a disc that may turn on the spot. Slack is how far its centre could still move towards the
 nearest obstacle; negative slack is a place where it must not be.
 """
 
-import heapq
 import math
 from array import array
 from collections.abc import Callable
@@ -161,6 +161,62 @@ def _bends(points: list[Point]) -> list[Point]:
     return [*kept, points[-1]]
 
 
+class _Queue:
+    """Cells by the cost of a way through them: a binary heap whose entries may become cheaper (`heapq`'s cannot).
+
+    Args:
+        size: How many cells there are.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._count = 0
+        self._cells, self._costs = array("i", bytes(4 * size)), array("d", bytes(8 * size))
+        self._places = array("i", [-1]) * size
+
+    def put(self, cell: int, cost: float) -> None:
+        """Puts a cell in, or lowers its cost."""
+        cells, places, costs = self._cells, self._places, self._costs
+        costs[cell] = cost
+        place = places[cell]
+        if place < 0:
+            place = self._count
+            self._count += 1
+        while place > 0:
+            above = (place - 1) // 2
+            other = cells[above]
+            if not self._before(cell, other):
+                break
+            cells[place], places[other] = other, place
+            place = above
+        cells[place], places[cell] = cell, place
+
+    def pop(self) -> int:
+        """Takes out the cheapest cell, of equally cheap ones the first; -1 when there is none."""
+        if self._count == 0:
+            return -1
+        cells, places = self._cells, self._places
+        found, cell = cells[0], cells[self._count - 1]
+        self._count -= 1
+        places[found] = -1
+        place, count = 0, self._count
+        while 2 * place + 1 < count:
+            below = 2 * place + 1
+            if below + 1 < count and self._before(cells[below + 1], cells[below]):
+                below += 1
+            other = cells[below]
+            if not self._before(other, cell):
+                break
+            cells[place], places[other] = other, place
+            place = below
+        if count > 0:
+            cells[place], places[cell] = cell, place
+        return found
+
+    def _before(self, one: int, other: int) -> bool:
+        a, b = self._costs[one], self._costs[other]
+        return a < b or (a == b and one < other)
+
+
 class _Grid:
     """The cells around a start and a goal, and what it costs to be there, worked out where the search comes by.
 
@@ -219,7 +275,8 @@ class _Grid:
         left = self._left[cell]
         if left < 0.0:
             rows, last = self._rows, self._last
-            left = self._left[cell] = math.dist((cell // rows, cell % rows), (last // rows, last % rows))
+            dx, dy = cell // rows - last // rows, cell % rows - last % rows
+            left = self._left[cell] = sqrt(dx * dx + dy * dy)
         return left
 
     def search(self) -> list[Point] | None:
@@ -227,13 +284,12 @@ class _Grid:
         rows, columns, first, last = self._rows, self._columns, self._first, self._last
         costs, came, done = self._costs, self._came, self._done
         costs[first] = 0.0
-        queue = [(self._ahead(first), first)]
-        while queue:
-            here = heapq.heappop(queue)[1]
-            if here == last:
+        queue = _Queue(rows * columns)
+        queue.put(first, self._ahead(first))
+        while True:
+            here = queue.pop()
+            if here < 0 or here == last:
                 break
-            if done[here]:
-                continue
             done[here] = 1
             spent, column, row = costs[here], here // rows, here % rows
             for dx in range(-1, 2):
@@ -244,7 +300,8 @@ class _Grid:
                     reached = spent + (_DIAGONAL if dx != 0 and dy != 0 else 1.0) * self._price(there)
                     if reached < costs[there]:
                         costs[there], came[there] = reached, here
-                        heapq.heappush(queue, (reached + self._ahead(there), there))
+                        if not done[there]:
+                            queue.put(there, reached + self._ahead(there))
         if came[last] < 0:
             return None
         points: list[Point] = []
