@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterator, Mapping, Sequence
+from heapq import heappop, heappush
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,23 @@ def _happen(event: simpy.Event) -> None:
     event.env.schedule(event, simpy.events.URGENT)
 
 
+class _Environment(simpy.Environment):
+    """SimPy's, where the next moment of a stride stands in the queue as the bare number of its agent.
+
+    There are more of them than of anything else, and an event and a callback for each would cost more than the step
+    that they are for. Among SimPy's own events they have their place as timeouts would.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.queue: list[tuple[float, int, int, Any]] = self._queue
+        self.number = self._eid
+
+    def at(self, now: float) -> None:
+        """It is so late now, though no event has come."""
+        self._now = now
+
+
 def _raise_as_it_was(process: Any) -> None:
     if not process.ok:
         raise process.value
@@ -73,7 +91,8 @@ class Episode:
         self.memories = memories
         self.views = views
         self.rows = rows
-        self.env = simpy.Environment()
+        self.env = _Environment()
+        self.queue, self.event_number = self.env.queue, self.env.number
         self.now = 0.0
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
         self.steps = [0] * len(views)
@@ -88,6 +107,7 @@ class Episode:
         self.clock_wanted: simpy.Event | None = None
         self.visit = Visit()
         self.strides: Strides | None = None
+        self.striding: dict[int, simpy.Event] = {}
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -113,15 +133,18 @@ class Episode:
         if self.backend.tick is not None:
             self._begin(self._clock(self.backend.tick))
         limit, stall, events, finished, agents = self.limit, self.stall, rows.events, self.finished, len(self.views)
-        peek, step, now = env.peek, env.step, 0.0
+        queue, step, now = self.queue, env.step, 0.0
         while True:
-            due = peek()
+            due = queue[0][0] if queue else inf
             over = due > limit or due > self.last_outcome + stall or due == inf
             if over or self.stuck or len(finished) == agents:
                 break
             # All that a step runs happens at this time; asking the environment each time is slow.
             self.now = rows.now = now = due
-            step()
+            if type(queue[0][3]) is int:
+                self._stride()
+            else:
+                step()
             if events:
                 yield from events
                 events.clear()
@@ -168,7 +191,7 @@ class Episode:
             decided = None
             if strides is not None:
                 if (seconds := strides.depart(agent, self.now)) >= 0.0:
-                    yield self._go_on(agent, strides, seconds)
+                    yield self._go_on(agent, seconds)
                 decided = strides.handed_back(agent)
             if self._done(agent):
                 return
@@ -190,32 +213,32 @@ class Episode:
             if self._settle(agent, intent, outcome, began):
                 yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
 
-    def _go_on(self, agent: int, strides: Strides, seconds: float) -> simpy.Event:
-        """Lets an agent go on and on; the event comes when it is done, waits, or cannot do what it has decided.
-
-        One timer serves all the steps and the agent's process sleeps through them: SimPy's part of a step halves.
-        """
-        env, timer, over = self.env, self.env.timeout(seconds), self.env.event()
-
-        def arrived(_: simpy.Event) -> None:
-            self.last_outcome = self.now
-            changed = strides.arrive(agent)
-            if self.waiting.wake(changed):
-                timer.callbacks = [go_on]  # who waited for the place chooses before who comes from it
-                env.schedule(timer)
-            else:
-                go_on(timer)
-
-        def go_on(_: simpy.Event) -> None:
-            seconds = strides.depart(agent, self.now)
-            if seconds >= 0.0:
-                timer.callbacks = callbacks
-                env.schedule(timer, delay=seconds)
-            else:
-                _happen(over)
-
-        callbacks = timer.callbacks = [arrived]
+    def _go_on(self, agent: int, seconds: float) -> simpy.Event:
+        """Lets an agent stride on and on; the event comes when it is done, waits, or cannot do what it has decided."""
+        self._expect(agent, seconds)
+        over = self.striding[agent] = self.env.event()
         return over
+
+    def _expect(self, agent: int, seconds: float) -> None:
+        """Puts the next moment of an agent's strides into the queue."""
+        heappush(self.queue, (self.now + seconds, simpy.events.NORMAL, next(self.event_number), agent))
+
+    def _stride(self) -> None:
+        """What happens now is of strides: an agent arrives, or goes on; its process sleeps through it."""
+        strides, now = self.strides, self.now
+        agent = heappop(self.queue)[3]
+        self.env.at(now)
+        assert strides is not None
+        if strides.under_way(agent):
+            self.last_outcome = now
+            if self.waiting.wake(strides.arrive(agent)):
+                self._expect(agent, 0.0)  # who waited for the place chooses before who comes from it
+                return
+        seconds = strides.depart(agent, now)
+        if seconds >= 0.0:
+            self._expect(agent, seconds)
+        else:
+            _happen(self.striding.pop(agent))
 
     def _act(self, agent: int, intent: Move) -> simpy.Event:
         """Begins an action; the event's value will be its outcome."""

@@ -64,6 +64,7 @@ cdef class Strides:
     @cython.locals(took=double)
     cdef double seconds(self, int agent, int i, int j, double length, bint pushed) except? -1
 
+    cpdef bint under_way(self, int agent)
     @cython.locals(origin=int, target=int, before=int)
     cpdef tuple arrive(self, int agent)
 

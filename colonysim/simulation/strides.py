@@ -285,9 +285,14 @@ class Strides:
             took *= 1.0 + self.jitter * (2.0 * self.jitters[agent]() - 1.0)
         return took
 
+    def under_way(self, agent: int) -> bool:
+        """Whether an agent has begun a step and not ended it."""
+        return self.target[agent] >= 0
+
     def arrive(self, agent: int) -> tuple[int, int]:
         """Ends the step: the agent is where it leads and deposits; returns the nodes that changed."""
         origin, target, before = self.agent_node[agent], self.target[agent], self.agent_from[agent]
+        self.target[agent] = -1
         self.node_holder[target] = -1
         self.reserved[agent] = ()
         self.moved[agent] = 1
