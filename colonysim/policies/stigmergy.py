@@ -320,7 +320,12 @@ class Stigmergy:
 
     def _shut_in(self, view: LocalView, values: Sequence[float]) -> bool:
         """Whether the agent has no way out, or none from which it knows a way to the goal, given D of its exits."""
-        return max(values) <= 0.0 if values else not any(view.passable(j) for j in view.neighbours)
+        if values:
+            return max(values) <= 0.0
+        for j in view.neighbours:
+            if view.passable(j):
+                return False
+        return True
 
     def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
         """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""

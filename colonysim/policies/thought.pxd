@@ -7,4 +7,5 @@ cdef class Thought:
     cdef public int node, box, hole
     cdef public bint explored
 
+    cpdef intent(self)
     cpdef choice(self)

@@ -66,11 +66,12 @@ class Thought:
         self.boxes: Sequence[int] = ()
         self.chances: Sequence[float] = ()
 
-    def choice(self) -> Choice:
-        """The decision as an intent with what it was taken from."""
-        intent: Intent
+    def intent(self) -> Intent:
+        """The decision as an intent."""
         if self.wait is not None:
-            intent = self.wait
-        else:
-            intent = Travel(self.node) if self.box < 0 else Push(self.box, self.node, self.hole)
-        return Choice(intent, self.memory, self.explored, tuple(self.nodes), tuple(self.boxes), tuple(self.chances))
+            return self.wait
+        return Travel(self.node) if self.box < 0 else Push(self.box, self.node, self.hole)
+
+    def choice(self) -> Choice:
+        """The decision with what it was taken from."""
+        return Choice(self.intent(), self.memory, self.explored, tuple(self.nodes), tuple(self.boxes), tuple(self.chances))

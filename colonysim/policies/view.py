@@ -256,6 +256,7 @@ class LocalView:
     def hole_near(self, hole: int, node: int) -> bool:
         """Whether a visible hole lies within R of a visible node."""
         self._hole(hole)
+        self._look_at(node)
         return hole in self._world.holes_near(node)
 
     def headroom(self, hole: int) -> float:

@@ -12,12 +12,18 @@ cdef class Episode:
     cdef public Strides strides
     cdef public list memories, views, random, steps, queue
     cdef public Waiting waiting
-    cdef public dict asks, pending, striding
+    cdef public dict asks, pending, resting
+    cdef double[::1] since
     cdef public set finished
     cdef public double now, last_outcome, stall, limit
     cdef public bint stuck
 
     cdef tuple _advance(self, double now, double tick, double due, double last)
-    cdef _expect(self, int agent, double seconds)
-    @cython.locals(strides=Strides, now=double, agent=int, seconds=double)
-    cdef _stride(self)
+    cdef _expect(self, long long number, double seconds)
+    @cython.locals(strides=Strides, now=double, number="long long")
+    cdef _moment(self)
+    @cython.locals(strides=Strides, seconds=double)
+    cdef _stride(self, int agent)
+    cdef _rest(self, int agent, wait)
+    cpdef _rouse(self, int agent)
+    cdef _rested(self, int agent)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from array import array
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from math import inf
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from colonysim.simulation.strides import Strides
     from colonysim.trace.rows import Rows
     from colonysim.trace.schema import Event
-    from colonysim.world.intents import Move, Outcome
+    from colonysim.world.intents import Intent, Move, Outcome
     from colonysim.world.state import World
 
 __all__ = ["Episode"]
@@ -35,22 +36,11 @@ SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
 
 
-def _trigger(event: simpy.Event) -> None:
-    if not event.triggered:
-        event.succeed()
-
-
-def _happen(event: simpy.Event) -> None:
-    """Triggers an event before all others of this moment: what waits for it goes on as if it had been called."""
-    event._ok, event._value = True, None
-    event.env.schedule(event, simpy.events.URGENT)
-
-
 class _Environment(simpy.Environment):
-    """SimPy's, where the next moment of a stride stands in the queue as the bare number of its agent.
+    """SimPy's, where the next moment of an agent may stand in the queue as a bare number (`Episode._moment`).
 
-    There are more of them than of anything else, and an event and a callback for each would cost more than the step
-    that they are for. Among SimPy's own events they have their place as timeouts would.
+    There are more of these moments than of anything else, and an event and a callback for each would cost more than
+    the step that it is for. Among SimPy's own events they have their place as timeouts would.
     """
 
     def __init__(self) -> None:
@@ -101,13 +91,14 @@ class Episode:
         self.stuck = False
         self.stall = world.scenario.stall_seconds
         self.limit = inf if world.scenario.time_limit is None else world.scenario.time_limit
-        self.waiting = Waiting(len(views))
+        self.waiting = Waiting(len(views), len(world.topology), self._rouse)
+        self.since = array("d", [0.0]) * len(views)
         self.asks: dict[int, int] = {}
         self.pending: dict[int, simpy.Event] = {}
         self.clock_wanted: simpy.Event | None = None
         self.visit = Visit()
+        self.resting: dict[int, simpy.Event] = {}
         self.strides: Strides | None = None
-        self.striding: dict[int, simpy.Event] = {}
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -129,7 +120,10 @@ class Episode:
                 self._withdraw_request,
             )  # fmt: skip
             for agent in range(len(self.views)):
-                self._begin(self._agent(agent))
+                if self.strides is None:
+                    self._begin(self._agent(agent))
+                else:
+                    self._expect(agent, 0.0)
         if self.backend.tick is not None:
             self._begin(self._clock(self.backend.tick))
         limit, stall, events, finished, agents = self.limit, self.stall, rows.events, self.finished, len(self.views)
@@ -142,7 +136,7 @@ class Episode:
             # All that a step runs happens at this time; asking the environment each time is slow.
             self.now = rows.now = now = due
             if type(queue[0][3]) is int:
-                self._stride()
+                self._moment()
             else:
                 step()
             if events:
@@ -182,63 +176,82 @@ class Episode:
         yield from self.rows.events
         self.rows.events.clear()
 
-    # -- asynchronous: one process per agent -----------------------------------------------------------------------
+    # -- asynchronous: each agent in its own time --------------------------------------------------------------------
 
     def _agent(self, agent: int) -> Generator[simpy.Event, Any, None]:
         """Look, decide, reserve, act, deposit, until the agent is done."""
-        strides = self.strides
-        while True:
-            decided = None
-            if strides is not None:
-                if (seconds := strides.depart(agent, self.now)) >= 0.0:
-                    yield self._go_on(agent, seconds)
-                decided = strides.handed_back(agent)
-            if self._done(agent):
-                return
-            choice = decided or self._decide(agent)
-            intent = choice.intent
+        while not self._done(agent):
+            intent = self._attempt(agent, self._decide(agent).intent)
             if isinstance(intent, Wait):
-                yield from self._wait(agent, intent)
-                continue
-            blockers = self._reserve(agent, intent)
-            if blockers:
-                view = self.views[agent]
-                view.refused = intent
-                # A carrier asks whoever stands in the way to go; others choose again after a while.
-                clear = blockers[0] if isinstance(intent, Push) else -1
-                yield from self._wait(agent, Wait(tuple(blockers), view.edge_seconds, clear))
-                continue
-            began = self.now
-            outcome: Outcome = yield self._act(agent, intent)
-            if self._settle(agent, intent, outcome, began):
-                yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
+                event = self.resting[agent] = self.env.event()
+                self._rest(agent, intent)
+                yield event
+                self._rested(agent)
+            else:
+                yield from self._carry_out(agent, intent)
 
-    def _go_on(self, agent: int, seconds: float) -> simpy.Event:
-        """Lets an agent stride on and on; the event comes when it is done, waits, or cannot do what it has decided."""
-        self._expect(agent, seconds)
-        over = self.striding[agent] = self.env.event()
-        return over
+    def _attempt(self, agent: int, intent: Intent) -> Intent:
+        """The intent, with what it needs reserved; or the wait until it may be tried again."""
+        if isinstance(intent, Wait):
+            return intent
+        blockers = self._reserve(agent, intent)
+        if not blockers:
+            return intent
+        view = self.views[agent]
+        view.refused = intent
+        # A carrier asks whoever stands in the way to go; others choose again after a while.
+        clear = blockers[0] if isinstance(intent, Push) else -1
+        return Wait(tuple(blockers), view.edge_seconds, clear)
 
-    def _expect(self, agent: int, seconds: float) -> None:
-        """Puts the next moment of an agent's strides into the queue."""
-        heappush(self.queue, (self.now + seconds, simpy.events.NORMAL, next(self.event_number), agent))
+    def _carry_out(self, agent: int, intent: Move) -> Generator[simpy.Event, Any, None]:
+        began = self.now
+        outcome: Outcome = yield self._act(agent, intent)
+        if self._settle(agent, intent, outcome, began):
+            yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
 
-    def _stride(self) -> None:
-        """What happens now is of strides: an agent arrives, or goes on; its process sleeps through it."""
-        strides, now = self.strides, self.now
-        agent = heappop(self.queue)[3]
+    def _expect(self, number: int, seconds: float) -> None:
+        """Puts a moment into the queue: an agent's own, or below 0 the end of the time that a wait may take."""
+        heappush(self.queue, (self.now + seconds, simpy.events.NORMAL, next(self.event_number), number))
+
+    def _moment(self) -> None:
+        """What happens now is told by a bare number, no process is woken for it."""
+        now, number = self.now, heappop(self.queue)[3]
         self.env.at(now)
+        if number < 0:
+            self.waiting.expire(-1 - number)
+            return
+        strides = self.strides
         assert strides is not None
-        if strides.under_way(agent):
+        if strides.under_way(number):
             self.last_outcome = now
-            if self.waiting.wake(strides.arrive(agent)):
-                self._expect(agent, 0.0)  # who waited for the place chooses before who comes from it
+            if self.waiting.wake(strides.arrive(number)):
+                self._expect(number, 0.0)  # who waited for the place chooses before who comes from it
                 return
-        seconds = strides.depart(agent, now)
+        elif self.waiting.waits(number):
+            self._rested(number)
+        self._stride(number)
+
+    def _stride(self, agent: int) -> None:
+        """What `_agent` does, for an agent whose steps are told in one breath."""
+        strides = self.strides
+        assert strides is not None
+        seconds = strides.depart(agent, self.now)
         if seconds >= 0.0:
             self._expect(agent, seconds)
+            return
+        intent = strides.handed_back(agent)
+        if self._done(agent):
+            return
+        intent = self._attempt(agent, intent or self._decide(agent).intent)
+        if isinstance(intent, Wait):
+            self._rest(agent, intent)
         else:
-            _happen(self.striding.pop(agent))
+            self._begin(self._detour(agent, intent))
+
+    def _detour(self, agent: int, intent: Move) -> Generator[simpy.Event, Any, None]:
+        """A step that cannot be told in one breath."""
+        yield from self._carry_out(agent, intent)
+        self._stride(agent)
 
     def _act(self, agent: int, intent: Move) -> simpy.Event:
         """Begins an action; the event's value will be its outcome."""
@@ -246,20 +259,18 @@ class Episode:
         if done is not None:
             return self.env.timeout(done.seconds, done.outcome)
         event = self.pending[agent] = self.env.event()
-        if self.clock_wanted is not None:
-            _trigger(self.clock_wanted)
+        if self.clock_wanted is not None and not self.clock_wanted.triggered:
+            self.clock_wanted.succeed()
         return event
 
-    def _wait(self, agent: int, wait: Wait) -> Generator[simpy.Event, Any, None]:
+    def _rest(self, agent: int, wait: Wait) -> None:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
         world, view = self.world, self.views[agent]
         self._note_wait(agent, wait)
-        event = self.env.event()
-        self.waiting.begin(agent, wait.nodes, event)
+        number = self.waiting.begin(agent, wait.nodes)
         if wait.seconds is not None:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
-            timer = self.env.timeout(max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
-            timer.callbacks.append(lambda _: _trigger(event))
+            self._expect(-1 - number, max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
         if world.clear_requests.get(wait.clear) != agent:
             self._withdraw_request(agent)
             # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
@@ -267,10 +278,19 @@ class Episode:
             if wait.clear >= 0 and wait.clear not in world.clear_requests:
                 world.clear_requests[wait.clear], self.asks[agent] = agent, wait.clear
                 self.waiting.call(world.occupant[wait.clear])
-        since = self.now
-        yield event
+        self.since[agent] = self.now
+
+    def _rouse(self, agent: int) -> None:
+        """Lets an agent that waits go on, in its turn."""
+        if self.strides is None:
+            self.resting.pop(agent).succeed()
+        else:
+            self._expect(agent, 0.0)
+
+    def _rested(self, agent: int) -> None:
+        view = self.views[agent]
         self.waiting.end(agent)
-        view.waited += (self.now - since) / view.edge_seconds
+        view.waited += (self.now - self.since[agent]) / view.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
         """Asks for no node any more; who kept off it may go there now."""

@@ -31,10 +31,11 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.pheromones.field import Field, Moment
-    from colonysim.policies.policy import Choice, Policy
+    from colonysim.policies.policy import Policy
     from colonysim.policies.thought import Thought
     from colonysim.policies.view import LocalView
     from colonysim.trace.rows import Rows
+    from colonysim.world.intents import Intent
     from colonysim.world.state import World
 
 __all__ = ["Strides", "strides_of"]
@@ -229,10 +230,10 @@ class Strides:
         self.target[agent], self.began[agent] = target, now
         self.steps[agent] += 1
 
-    def handed_back(self, agent: int) -> Choice | None:
+    def handed_back(self, agent: int) -> Intent | None:
         """What an agent has decided and not begun, if anything; once."""
         thought = self.handed.pop(agent, None) if self.handed else None
-        return None if thought is None else thought.choice()
+        return None if thought is None else thought.intent()
 
     def tell(self, agent: int) -> None:
         """Lets the view of an agent know if its step has just ended."""

@@ -8,7 +8,7 @@ cdef class World:
     cdef public object box_node, box_base, box_height, agent_node, agent_from, agent_box
     cdef public list box_claim, box_stray, agent_status, reserved
     cdef public dict stacks, clear_requests, edge_holder
-    cdef dict _holes_near
+    cdef list _holes_near
     cdef Sight _sight
 
     @cython.locals(box=int)

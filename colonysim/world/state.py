@@ -91,7 +91,7 @@ class World:
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
         self.box_height = array("d", [box.height for box in scenario.boxes])
-        self._holes_near: dict[int, tuple[int, ...]] = {}
+        self._holes_near: list[tuple[int, ...] | None] = [None] * (size if scenario.holes else 0)
         self._sight: Sight | None = None
         self.reset()
 
@@ -220,7 +220,7 @@ class World:
         """The keys of the holes within the detection radius of `node`, ascending."""
         if not self.scenario.holes:
             return ()
-        near = self._holes_near.get(node)
+        near = self._holes_near[node]
         if near is None:
             near = self._holes_near[node] = self.sight().holes(node)
         return near
