@@ -44,6 +44,7 @@ HOT = (
     "colonysim/push/paths.py",
     "colonysim/push/staging.py",
     "colonysim/push/state.py",
+    "colonysim/simulation/clock.py",
     "colonysim/simulation/episode.py",
     "colonysim/simulation/strides.py",
     "colonysim/simulation/waiting.py",

@@ -4,6 +4,12 @@ from colonysim.pheromones.marks cimport Marks
 
 cdef double UNKNOWN
 
+@cython.locals(
+    first="int[::1]", ends="int[::1]", lengths="double[::1]", far="double[::1]", goal=int, queue=list, d=double, i=int, way=int, j=int,
+    through=double, greatest=double,
+)
+cpdef double extent(world) except? -1
+
 
 cdef class Distance(Marks):
     cdef public object _world

@@ -26,18 +26,21 @@ def extent(world: World) -> float:
 
     With Euclidean distances instead, D would be clipped at 0 on every node whose way to the goal is a long detour.
     """
-    topology = world.topology
-    far = {world.scenario.goal: 0.0}
-    queue = [(0.0, world.scenario.goal)]
+    first, ends, lengths, _ = world.topology.edges
+    goal = world.scenario.goal
+    far, queue = array("d", [UNKNOWN]) * len(world.topology), [(0.0, goal)]
+    far[goal] = greatest = 0.0
     while queue:
         d, i = heappop(queue)
         if d > far[i]:
             continue
-        for j, length in zip(topology.neighbours[i], topology.lengths[i], strict=True):
-            if d + length < far.get(j, float("inf")):
-                far[j] = d + length
-                heappush(queue, (d + length, j))
-    return max(far.values())
+        greatest = d  # they come in order
+        for way in range(first[i], first[i + 1]):
+            j, through = ends[way], d + lengths[way]
+            if through < far[j]:
+                far[j] = through
+                heappush(queue, (through, j))
+    return greatest
 
 
 class Distance(Marks):
@@ -83,7 +86,7 @@ class Distance(Marks):
         self.d_max = d_max
         goal, topology = world.scenario.goal, world.topology
         self._goal = goal
-        self.straight = array("d", (topology.distance(i, goal) for i in range(len(topology))))
+        self.straight = array("d", [topology.distance(i, goal) for i in range(len(topology))])
         self.d = self.straight[:]
         self.official = bytearray(len(topology))
         self.visited = bytearray(len(topology))

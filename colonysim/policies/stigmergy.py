@@ -322,10 +322,10 @@ class Stigmergy:
         """Whether the agent has no way out, or none from which it knows a way to the goal, given D of its exits."""
         if values:
             return max(values) <= 0.0
-        for j in view.neighbours:
-            if view.passable(j):
-                return False
-        return True
+        shut = True
+        for j in view.neighbours:  # not with all(): it would take a generator each time
+            shut = shut and not view.passable(j)
+        return shut
 
     def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
         """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""

@@ -74,4 +74,5 @@ class Thought:
 
     def choice(self) -> Choice:
         """The decision with what it was taken from."""
-        return Choice(self.intent(), self.memory, self.explored, tuple(self.nodes), tuple(self.boxes), tuple(self.chances))
+        nodes, boxes, chances = tuple(self.nodes), tuple(self.boxes), tuple(self.chances)
+        return Choice(self.intent(), self.memory, self.explored, nodes, boxes, chances)

@@ -6,19 +6,18 @@ from colonysim.world.state cimport World
 
 
 cdef class Episode:
-    cdef public object fields, backend, policy, rows, env, event_number, clock_wanted, visit
+    cdef public object fields, backend, policy, rows, env, event_number, clock, visit
     cdef public int number
     cdef public World world
     cdef public Strides strides
     cdef public list memories, views, random, steps, queue
     cdef public Waiting waiting
-    cdef public dict asks, pending, resting
+    cdef public dict asks, resting
     cdef double[::1] since
     cdef public set finished
     cdef public double now, last_outcome, stall, limit
     cdef public bint stuck
 
-    cdef tuple _advance(self, double now, double tick, double due, double last)
     cdef _expect(self, long long number, double seconds)
     @cython.locals(strides=Strides, now=double, number="long long")
     cdef _moment(self)

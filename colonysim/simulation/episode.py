@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from array import array
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping
 from heapq import heappop, heappush
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import simpy
 
 from colonysim.pheromones.field import Visit
+from colonysim.simulation.clock import Clock
 from colonysim.simulation.strides import strides_of
 from colonysim.simulation.waiting import Waiting
 from colonysim.trace.schema import EpisodeResult
@@ -19,7 +20,7 @@ from colonysim.world.intents import Push, Wait
 from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
-    from colonysim.backends.protocol import Backend, Done, Finished
+    from colonysim.backends.protocol import Backend, Done
     from colonysim.pheromones.field import Field, Moment
     from colonysim.policies.policy import Choice, Policy
     from colonysim.policies.view import LocalView
@@ -45,7 +46,7 @@ class _Environment(simpy.Environment):
 
     def __init__(self) -> None:
         super().__init__()
-        self.queue: list[tuple[float, int, int, Any]] = self._queue
+        self.queue: list[Any] = self._queue  # (time, priority, number, event or number of an agent)
         self.number = self._eid
 
     def at(self, now: float) -> None:
@@ -94,8 +95,7 @@ class Episode:
         self.waiting = Waiting(len(views), len(world.topology), self._rouse)
         self.since = array("d", [0.0]) * len(views)
         self.asks: dict[int, int] = {}
-        self.pending: dict[int, simpy.Event] = {}
-        self.clock_wanted: simpy.Event | None = None
+        self.clock = Clock(self.env, backend, self._latest)
         self.visit = Visit()
         self.resting: dict[int, simpy.Event] = {}
         self.strides: Strides | None = None
@@ -125,7 +125,7 @@ class Episode:
                 else:
                     self._expect(agent, 0.0)
         if self.backend.tick is not None:
-            self._begin(self._clock(self.backend.tick))
+            self._begin(self.clock.run(self.backend.tick))
         limit, stall, events, finished, agents = self.limit, self.stall, rows.events, self.finished, len(self.views)
         queue, step, now = self.queue, env.step, 0.0
         while True:
@@ -148,14 +148,17 @@ class Episode:
             ended = "deadlock"
         else:
             ended, now = "timeout", limit
-        for agent in self.pending:
-            self.backend.cancel(agent)
+        self.clock.cancel()
         self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
 
     def _begin(self, steps: Generator[simpy.Event, Any, None]) -> None:
         """Starts a process; what it raises reaches the caller itself, where SimPy would build another one like it."""
         self.env.process(steps).callbacks.append(_raise_as_it_was)
+
+    def _latest(self) -> float:
+        """When the episode ends if nothing happens before."""
+        return min(self.limit, self.last_outcome + self.stall)
 
     def _how_it_ended(self) -> str:
         states = set(self.world.agent_status)
@@ -258,10 +261,7 @@ class Episode:
         done = self._start(agent, intent)
         if done is not None:
             return self.env.timeout(done.seconds, done.outcome)
-        event = self.pending[agent] = self.env.event()
-        if self.clock_wanted is not None and not self.clock_wanted.triggered:
-            self.clock_wanted.succeed()
-        return event
+        return self.clock.expect(agent)
 
     def _rest(self, agent: int, wait: Wait) -> None:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
@@ -443,35 +443,3 @@ class Episode:
             writes = field.deposit(visit)
             if writes:
                 self.rows.deposits(field, agent, writes)
-
-    # -- a backend with a clock of its own -------------------------------------------------------------------------
-
-    def _clock(self, tick: float) -> Generator[simpy.Event, Any, None]:
-        """Advances the backend while an action is pending; sleeps otherwise."""
-        env = self.env
-        while True:
-            if not self.pending:
-                self.clock_wanted = env.event()
-                yield self.clock_wanted
-                self.clock_wanted = None
-            yield env.timeout(tick)
-            began = env.now
-            # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
-            # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
-            last = min(2 * began, self.limit, self.last_outcome + self.stall)
-            now, finished = self._advance(began, tick, env.peek(), last)
-            if now > began:
-                yield env.timeout(now - began)
-            for agent, outcome in finished:
-                event = self.pending.pop(agent, None)
-                if event is not None:
-                    event.succeed(outcome)
-
-    def _advance(self, now: float, tick: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
-        """Advances the backend, before `due` and up to `last`, until an action ends; returns when, and what did."""
-        advance = self.backend.advance
-        finished = advance(now)
-        while not finished and now + tick < due and now + tick <= last:
-            now += tick
-            finished = advance(now)
-        return now, finished

@@ -14,6 +14,9 @@ cdef class Sight:
     cdef list box_claim
     cdef dict stacks
 
+    @cython.locals(node=int, cell=int, cells=dict, sizes="int[::1]", filled="int[::1]", column="long long", row="long long", i="long long", j="long long", near=int, most=int)
+    cpdef int fill_cells(self, double side) except -1
+
     @cython.locals(
         x=double, y=double, dx=double, dy=double, limit=double, look="long long", count=int, near="int[::1]", seen="long long[::1]",
         cell=int, k=int, other=int, m=int, j=int, way=int,

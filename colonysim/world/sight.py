@@ -8,7 +8,7 @@ compiles this file where there is a C compiler (`hatch_build.py`); `sight.pxd` s
 from __future__ import annotations
 
 from array import array
-from itertools import accumulate, chain
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -56,24 +56,32 @@ class Sight:
 
     def fill_cells(self, side: float) -> int:
         """Puts the nodes into cells; returns the most nodes of a cell and those around it."""
-        cells: dict[tuple[int, int], list[int]] = {}
-        for node, (x, y) in enumerate(zip(self.x, self.y, strict=True)):
-            cells.setdefault((int(x // side), int(y // side)), []).append(node)
-        number = {cell: k for k, cell in enumerate(cells)}
-        beside = [
-            [number[i, j] for i in range(column - 1, column + 2) for j in range(row - 1, row + 2) if (i, j) in number]
-            for column, row in cells
-        ]
-        members = list(cells.values())
-        self.cell = array("i", bytes(4 * self.size))
-        for k, nodes in enumerate(members):
-            for node in nodes:
-                self.cell[node] = k
-        self.members_first = array("i", accumulate(map(len, members), initial=0))
-        self.members = array("i", chain.from_iterable(members))
-        self.beside_first = array("i", accumulate(map(len, beside), initial=0))
-        self.beside = array("i", chain.from_iterable(beside))
-        return max((sum(len(members[k]) for k in near) for near in beside), default=0)
+        cells: dict[tuple[int, int], int] = {}
+        self.cell, sizes = array("i", bytes(4 * self.size)), array("i", bytes(4 * self.size + 4))
+        for node in range(self.size):
+            place = (int(self.x[node] // side), int(self.y[node] // side))
+            cell = self.cell[node] = cells.setdefault(place, len(cells))
+            sizes[cell + 1] += 1
+        # The nodes cell by cell, and which cells lie beside each.
+        filled = array("i", accumulate(sizes[: len(cells) + 1]))
+        self.members_first, self.members = array("i", filled), array("i", bytes(4 * self.size))
+        for node in range(self.size):
+            cell = self.cell[node]
+            self.members[filled[cell]] = node
+            filled[cell] += 1
+        beside, ends, most = array("i"), [0], 0
+        for column, row in cells:
+            near = 0
+            for i in range(column - 1, column + 2):
+                for j in range(row - 1, row + 2):
+                    cell = cells.get((i, j), -1)
+                    if cell >= 0:
+                        beside.append(cell)
+                        near += sizes[cell + 1]
+            ends.append(len(beside))
+            most = max(most, near)
+        self.beside_first, self.beside = array("i", ends), beside
+        return most
 
     def bind(self, world: World) -> None:
         """Reads a world's arrays from now on."""

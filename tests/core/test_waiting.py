@@ -1,66 +1,88 @@
-"""Who waits for what: woken by a change on one of its nodes, once, and not after it has gone on."""
+"""Who waits for what: called after a change on one of its nodes, once, and not after it has gone on."""
 
 from __future__ import annotations
 
-import simpy
+import pytest
 
 from colonysim.simulation.waiting import FEW, Waiting
 
-
-def waiting_on(waits: Waiting, env: simpy.Environment, agent: int, *nodes: int) -> simpy.Event:
-    event = env.event()
-    waits.begin(agent, nodes, event)
-    return event
+NODES = 10
 
 
-def test_a_change_wakes_who_waits_for_it_and_nobody_else():
-    env, waits = simpy.Environment(), Waiting(3)
-    first, second = waiting_on(waits, env, 0, 4, 5), waiting_on(waits, env, 2, 5, 6)
-    assert not waits.wake((7,))
-    assert waits.wake((4, 7))
-    assert first.triggered and not second.triggered
-    assert waits.wake((4,)), "until it has gone on, an agent that was woken still waits"
+@pytest.fixture
+def called() -> list[int]:
+    """The agents that were called, in order."""
+    return []
 
 
-def test_a_wait_that_is_over_wakes_nobody_even_if_the_agent_waits_elsewhere():
-    env, waits = simpy.Environment(), Waiting(2)
-    waiting_on(waits, env, 1, 4)
+def test_a_change_calls_who_waits_for_it_and_nobody_else(called: list[int]):
+    waits = Waiting(3, NODES, called.append)
+    waits.begin(0, (4, 5))
+    waits.begin(2, (5, 6))
+    assert not waits.wake((7,)) and not called
+    assert waits.wake((4, 7)) and called == [0]
+    assert waits.wake((4,)), "until it has gone on, an agent that was called still waits"
+    assert called == [0], "but it is called once"
+
+
+def test_a_wait_that_is_over_calls_nobody_even_if_the_agent_waits_elsewhere(called: list[int]):
+    waits = Waiting(2, NODES, called.append)
+    waits.begin(1, (4,))
     waits.end(1)
-    assert not waits.wake((4,))
-    again = waiting_on(waits, env, 1, 9)
-    assert not waits.wake((4,)) and not again.triggered
-    assert waits.wake((9,)) and again.triggered
+    assert not waits.waits(1) and not waits.wake((4,))
+    waits.begin(1, (9,))
+    assert waits.waits(1) and not waits.wake((4,)) and not called
+    assert waits.wake((9,)) and called == [1]
 
 
-def test_who_waited_first_wakes_first_after_any_number_of_waits():
-    env, waits = simpy.Environment(), Waiting(4)
-    order: list[int] = []
+def test_time_that_is_up_calls_only_who_still_waits_that_same_wait(called: list[int]):
+    waits = Waiting(2, NODES, called.append)
+    first = waits.begin(1, (4,))
+    waits.end(1)
+    second = waits.begin(1, (4,))
+    waits.expire(first)
+    assert not called
+    waits.expire(second)
+    waits.expire(second)
+    assert called == [1]
+
+
+def test_who_waited_first_is_called_first_after_any_number_of_waits(called: list[int]):
+    waits = Waiting(4, NODES, called.append)
     for _ in range(3 * FEW):
-        waiting_on(waits, env, 0, 1)
+        waits.begin(0, (1,))
         waits.end(0)
     for agent in (3, 0, 2):
-        waiting_on(waits, env, agent, 1).callbacks.append(lambda _, agent=agent: order.append(agent))
+        waits.begin(agent, (1,))
     waits.wake((1,))
-    env.run()
-    assert order == [3, 0, 2]
+    assert called == [3, 0, 2]
 
 
-def test_a_crowd_at_one_node_is_kept_whole_however_often_its_list_is_cleared():
-    env, agents = simpy.Environment(), 3 * FEW - 2
-    waits = Waiting(agents)
-    events = {agent: waiting_on(waits, env, agent, 1) for agent in range(agents)}
+def test_a_crowd_at_one_node_is_kept_whole_however_often_its_list_is_cleared(called: list[int]):
+    agents = 3 * FEW - 2
+    waits = Waiting(agents, NODES, called.append)
+    for agent in range(agents):
+        waits.begin(agent, (1,))
     for turn in range(5 * agents):
         agent = turn * 7 % agents
         waits.end(agent)
-        events[agent] = waiting_on(waits, env, agent, 1)
-    assert waits.wake((1,)) and all(event.triggered for event in events.values())
+        waits.begin(agent, (1,))
+    assert waits.wake((1,)) and sorted(called) == list(range(agents))
 
 
-def test_an_agent_can_be_called_by_name():
-    env, waits = simpy.Environment(), Waiting(2)
-    event = waiting_on(waits, env, 1, 4)
+def test_an_agent_can_be_called_by_name(called: list[int]):
+    waits = Waiting(2, NODES, called.append)
+    waits.begin(1, (4,))
     waits.call(0)
-    assert not event.triggered
+    waits.call(-1)
+    assert not called
     waits.call(1)
     waits.call(1)
-    assert event.triggered
+    assert called == [1]
+
+
+def test_nodes_that_do_not_exist_are_waited_for_in_vain(called: list[int]):
+    waits = Waiting(1, NODES, called.append)
+    waits.begin(0, (-1, NODES, 3))
+    assert not waits.wake((NODES - 1,))
+    assert waits.wake((3,)) and called == [0]
