@@ -346,6 +346,9 @@ class Stigmergy:
             thought.node = way[1]
         else:
             seconds, thought = self.settings.patience, Thought(memory)
+            if self._impatient(view):
+                # It has waited for that node before: whoever is there may be shut in by this very box.
+                seconds, thought = 1.0, Thought(Memory(memory.epsilon, shunned=box, shunned_at=view.node))
             limit = None if seconds is None else seconds * view.edge_seconds
             thought.wait = Wait(self._causes(view, (way[1],)), limit)
         return thought

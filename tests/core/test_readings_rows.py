@@ -395,6 +395,18 @@ def test_patience_a_carrier_drops_its_box_and_walks_off():
             assert isinstance(again.intent, Push), "once it has moved the box may be taken again"
 
 
+def test_patience_who_shares_a_node_with_a_box_that_it_does_not_hold_waits_no_longer_for_its_way():
+    mind = carrier(epsilon=0.0, beta=50.0)
+    mind.world.box_claim[0] = -1  # as after it has reached out for another box in vain
+    first = mind.decide()
+    assert first.intent == Wait((2,), 5.0) and first.memory.shunned == -1
+    mind.view.waited = 5.0
+    last = mind.decide()
+    assert last.intent == Wait((2,), 1.0), "once more, and shortly"
+    assert (last.memory.shunned, last.memory.shunned_at) == (0, 1)
+    assert mind.decide(shunned=0, shunned_at=1).intent == Travel(0), "then it goes elsewhere"
+
+
 def test_tries_a_carrier_gives_up_a_box_that_will_not_move():
     for tries, keeps in ((2, False), (None, True)):
         mind = carrier(tries=tries)
