@@ -45,7 +45,7 @@ class _Environment(simpy.Environment):
     """
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(0.0)
         self.queue: list[Any] = self._queue  # (time, priority, number, event or number of an agent)
         self.number = self._eid
 

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ConformanceError", "Recorder", "frozen", "global_randomness", "same_traces", "world_state"]
 
-# Answers that the world keeps so as not to work them out twice; they say nothing about what is.
-_REMEMBERED = frozenset({"_holes_near", "_sight"})
-
 
 class ConformanceError(ColonysimError):
     """A policy or a backend breaks one of the promises of its protocol.
@@ -90,9 +87,9 @@ def frozen(value: Any, depth: int = 12) -> Any:
 
 def world_state(world: World) -> dict[str, Any]:
     """Everything in a world that can change, by attribute."""
-    names = (name for name in type(world).__slots__ if name not in {"scenario", "topology", *_REMEMBERED})
-    # A change to a cache of positions shows in the positions themselves.
-    return {name: repr(getattr(world, name)) for name in names if not name.endswith("_near")}
+    # What is the world's own is the same arrays again, or follows from them.
+    names = (name for name in type(world).__slots__ if not name.startswith("_"))
+    return {name: repr(getattr(world, name)) for name in names if name not in {"scenario", "topology"}}
 
 
 @contextmanager

@@ -90,9 +90,6 @@ class Sight:
         self.stacks, self.hole_at = world.stacks, world.hole_at
         self.occupant, self.node_holder = world.occupant, world.node_holder
 
-    def __deepcopy__(self, memo: object) -> None:
-        """None: a copied world makes its own, over its own arrays."""
-
     # -- what is near ----------------------------------------------------------------------------------------------
 
     def turn(self, node: int) -> None:

@@ -9,15 +9,19 @@ cdef class World:
     cdef public list box_claim, box_stray, agent_status, reserved
     cdef public dict stacks, clear_requests, edge_holder
     cdef list _holes_near
+    cdef double _reach
+    cdef object _rises, _no_push
+    cdef double[::1] _heights, _box_bases
+    cdef int[::1] _occupants, _holders, _tops, _box_nodes, _agent_nodes, _agent_boxes
     cdef Sight _sight
 
     @cython.locals(box=int)
     cpdef double level(self, int agent)
-    @cython.locals(rise=double, reach=double, surface=double)
+    @cython.locals(rise=double, reach=double)
     cpdef bint passable(self, double level, int i, int j)
-    @cython.locals(reach=double, rise=double)
+    @cython.locals(reach=double, rise=double, surface="double[::1]", j=int)
     cpdef list ways(self, double level, int node)
-    @cython.locals(reach=double, level=double, rise=double)
+    @cython.locals(reach=double, level=double, rise=double, surface="double[::1]", j=int)
     cpdef list exits(self, int agent)
     cpdef bint adjacent(self, int i, int j) except? -1
     @cython.locals(at=int, claim=int, rise=double, reach=double)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from copy import deepcopy
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -19,6 +20,13 @@ __all__ = ["AgentStatus", "Place", "World"]
 
 Place: TypeAlias = int | tuple[int, int]
 """What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
+
+
+_STATE = (
+    "surface", "occupant", "node_holder", "edge_holder", "reserved", "stacks", "top", "box_node", "box_base",
+    "box_claim", "box_stray", "agent_node", "agent_from", "agent_box", "agent_status", "clear_requests",
+)  # fmt: skip
+"""What changes in an episode."""
 
 
 class AgentStatus(Enum):
@@ -59,29 +67,12 @@ class World:
     """
 
     __slots__ = (
-        "_holes_near",
-        "_sight",
-        "agent_box",
-        "agent_from",
-        "agent_node",
-        "agent_status",
-        "box_base",
-        "box_claim",
-        "box_height",
-        "box_node",
-        "box_stray",
-        "clear_requests",
-        "edge_holder",
-        "hole_at",
-        "node_holder",
-        "occupant",
-        "reserved",
-        "scenario",
-        "stacks",
-        "surface",
-        "top",
+        "_agent_boxes", "_agent_nodes", "_box_bases", "_box_nodes", "_heights", "_holders", "_holes_near",
+        "_no_push", "_occupants", "_reach", "_rises", "_sight", "_tops", "agent_box", "agent_from", "agent_node",
+        "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
+        "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
         "topology",
-    )
+    )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
@@ -91,6 +82,7 @@ class World:
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
         self.box_height = array("d", [box.height for box in scenario.boxes])
+        self._reach, self._rises, self._no_push = scenario.reach, scenario.topology.rises, scenario.no_push
         self._holes_near: list[tuple[int, ...] | None] = [None] * (size if scenario.holes else 0)
         self._sight: Sight | None = None
         self.reset()
@@ -110,11 +102,12 @@ class World:
         self.box_base = array("d", [0.0]) * len(scenario.boxes)
         self.box_claim = [-1] * len(scenario.boxes)
         self.box_stray = [False] * len(scenario.boxes)
-        for box, start in enumerate(scenario.boxes):
-            self._put_box(box, start.node)
         self.agent_node = array("i", scenario.agents)
         self.agent_from = array("i", [-1]) * len(scenario.agents)
         self.agent_box = array("i", [-1]) * len(scenario.agents)
+        self._bind()
+        for box, start in enumerate(scenario.boxes):
+            self._put_box(box, start.node)
         self.agent_status = [AgentStatus.ACTIVE] * len(scenario.agents)
         self.clear_requests: dict[int, int] = {}
         for agent, node in enumerate(scenario.agents):
@@ -122,29 +115,45 @@ class World:
         if self._sight is not None:
             self._sight.bind(self)
 
+    def _bind(self) -> None:
+        """The arrays once more, as what compiled code reads without making objects of their numbers (`state.pxd`)."""
+        self._heights, self._occupants, self._holders, self._tops = (
+            self.surface, self.occupant, self.node_holder, self.top,
+        )  # fmt: skip
+        self._box_nodes, self._box_bases, self._agent_nodes, self._agent_boxes = (
+            self.box_node, self.box_base, self.agent_node, self.agent_box,
+        )  # fmt: skip
+
+    def __deepcopy__(self, memo: dict[int, object]) -> World:
+        """Another world in the same state."""
+        twin = World(self.scenario)
+        for name in _STATE:
+            setattr(twin, name, deepcopy(getattr(self, name), memo))
+        twin._bind()
+        return twin
+
     # -- the rules of the place ------------------------------------------------------------------------------------
 
     def level(self, agent: int) -> float:
         """The height `agent` stands at: its node's surface, or the base of the box it shares the node with."""
-        box = self.agent_box[agent]
-        return self.box_base[box] if box >= 0 else self.surface[self.agent_node[agent]]
+        box = self._agent_boxes[agent]
+        return self._box_bases[box] if box >= 0 else self._heights[self._agent_nodes[agent]]
 
     def passable(self, level: float, i: int, j: int) -> bool:
         """Whether somebody standing at height `level` on `i` can travel to its neighbour `j`.
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
-        rises, surface, reach = self.topology.rises, self.surface[j], self.scenario.reach
-        rise = rises.get((i, j), 0.0) if rises else 0.0
-        return -reach < surface - level - rise < reach
+        rise, reach = self._rises.get((i, j), 0.0) if self._rises else 0.0, self._reach
+        return -reach < self._heights[j] - level - rise < reach
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
-        return self.passable(self.surface[i], i, j)
+        return self.passable(self._heights[i], i, j)
 
     def ways(self, level: float, node: int) -> list[tuple[int, float]]:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
-        surface, reach = self.surface, self.scenario.reach
+        surface, reach = self._heights, self._reach
         return [
             (j, length) for j, length, rise in self.topology.ways[node] if -reach < surface[j] - level - rise < reach
         ]
@@ -152,11 +161,11 @@ class World:
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
         if self._sight is not None:  # without boxes a large map is spared the arrays that a search needs
-            return self._sight.exits(agent, self.agent_node[agent], self.level(agent))
-        surface, reach, level = self.surface, self.scenario.reach, self.level(agent)
+            return self._sight.exits(agent, self._agent_nodes[agent], self.level(agent))
+        surface, reach, level = self._heights, self._reach, self.level(agent)
         return [
             j
-            for j, _, rise in self.topology.ways[self.agent_node[agent]]
+            for j, _, rise in self.topology.ways[self._agent_nodes[agent]]
             if -reach < surface[j] - level - rise < reach and self.free(agent, j)
         ]
 
@@ -166,44 +175,44 @@ class World:
 
     def top_box(self, node: int) -> int:
         """The topmost box on `node`, or -1."""
-        return self.top[node]
+        return self._tops[node]
 
     def graspable(self, agent: int, box: int, level: float, node: int) -> bool:
         """Whether `agent`, standing at height `level` on `node`, could hold `box` on that node or a neighbouring one.
 
         The box must be on top, unclaimed and its base level with the agent.
         """
-        at, claim = self.box_node[box], self.box_claim[box]
-        if self.top[at] != box or (claim != -1 and claim != agent):
+        at, claim = self._box_nodes[box], self.box_claim[box]
+        if self._tops[at] != box or (claim != -1 and claim != agent):
             return False
-        rises = self.topology.rises
+        rises = self._rises
         rise = rises.get((node, at), 0.0) if rises else 0.0
-        reach = self.scenario.reach
-        return -reach < self.box_base[box] - level - rise < reach
+        reach = self._reach
+        return -reach < self._box_bases[box] - level - rise < reach
 
     def can_slide(self, base: float, i: int, j: int) -> bool:
         """Whether a box whose underside is at height `base` on `i` may be pushed to its neighbour `j`.
 
         The target's surface may not be above the base, and the scenario may forbid the edge.
         """
-        if (i, j) in self.scenario.no_push:
+        if self._no_push and (i, j) in self._no_push:
             return False
-        rise = self.topology.rises.get((i, j), 0.0)
-        return self.surface[j] <= base + rise + SAME_HEIGHT
+        rise = self._rises.get((i, j), 0.0) if self._rises else 0.0
+        return self._heights[j] <= base + rise + SAME_HEIGHT
 
     def falls(self, base: float, i: int, j: int) -> bool:
         """Whether a box pushed from `i` (underside at `base`) would drop at `j`; its pusher then stays behind."""
-        rise = self.topology.rises.get((i, j), 0.0)
-        return base + rise - self.surface[j] >= self.scenario.reach
+        rise = self._rises.get((i, j), 0.0) if self._rises else 0.0
+        return base + rise - self._heights[j] >= self._reach
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
-        occupant, holder = self.occupant[node], self.node_holder[node]
+        occupant, holder = self._occupants[node], self._holders[node]
         return (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent)
 
     def holder(self, place: Place) -> int:
         """The agent that has reserved a node or an edge, or -1."""
-        return self.node_holder[place] if isinstance(place, int) else self.edge_holder.get(place, -1)
+        return self._holders[place] if isinstance(place, int) else self.edge_holder.get(place, -1)
 
     def sight(self) -> Sight:
         """What can be seen from a node; made when first asked for."""
@@ -251,7 +260,7 @@ class World:
         self._free_held(agent)
         for place in places:
             if isinstance(place, int):
-                self.node_holder[place] = agent
+                self._holders[place] = agent
             else:
                 self.edge_holder[place] = agent
         self.reserved[agent] = places
@@ -267,7 +276,7 @@ class World:
             return nodes
         for place in self.reserved[agent]:
             if isinstance(place, int):
-                self.node_holder[place] = -1
+                self._holders[place] = -1
                 nodes.append(place)
             else:
                 self.edge_holder.pop(place, None)
@@ -291,7 +300,7 @@ class World:
     def claim(self, agent: int, pushed: int) -> bool:
         """`begin` with a push of that box, or with a travel if it is -1: lets go of any other box."""
         claimed = pushed >= 0 and self.box_claim[pushed] != agent
-        held = self.agent_box[agent]
+        held = self._agent_boxes[agent]
         if held >= 0 and held != pushed and self.box_claim[held] == agent:
             self.box_claim[held] = -1
         if pushed >= 0:
@@ -300,10 +309,10 @@ class World:
 
     def apply(self, agent: int, intent: Intent, outcome: Outcome) -> set[int]:
         """Writes what an outcome says; returns every node at which something changed."""
-        origin, node = self.agent_node[agent], outcome.node
+        origin, node = self._agent_nodes[agent], outcome.node
         changed = set(self._free_held(agent))
         for place in outcome.boxes:
-            changed.add(self.box_node[place.box])
+            changed.add(self._box_nodes[place.box])
             changed.add(place.node)
             self.box_stray[place.box] = place.stray
             self._move_box(place.box, place.node)
@@ -314,11 +323,11 @@ class World:
         if isinstance(intent, Push):
             self._settle_push(agent, intent.box, node, origin)
         elif node != origin:
-            self.agent_box[agent] = -1
+            self._agent_boxes[agent] = -1
         if outcome.lost:
             self.agent_status[agent] = AgentStatus.LOST
-            if self.agent_box[agent] >= 0:
-                self.box_claim[self.agent_box[agent]] = -1
+            if self._agent_boxes[agent] >= 0:
+                self.box_claim[self._agent_boxes[agent]] = -1
         elif outcome.keeps:
             self._keep(agent, outcome.keeps)
         return changed
@@ -332,78 +341,78 @@ class World:
             to: Where it is now.
             node: Where the agent is now.
         """
-        origin = self.agent_node[agent]
+        origin = self._agent_nodes[agent]
         self._move_box(box, to)
         if node != origin:
             self._step(agent, node)
         self._settle_push(agent, box, node, origin)
 
     def _step(self, agent: int, node: int) -> None:
-        origin = self.agent_node[agent]
-        if self.occupant[origin] == agent:
-            self.occupant[origin] = -1
-        self.occupant[node] = agent
-        self.agent_node[agent] = node
+        origin = self._agent_nodes[agent]
+        if self._occupants[origin] == agent:
+            self._occupants[origin] = -1
+        self._occupants[node] = agent
+        self._agent_nodes[agent] = node
         self.agent_from[agent] = origin
 
     def _settle_push(self, agent: int, box: int, node: int, origin: int) -> None:
         """After a push: do agent and box still share a node, and is the box still the agent's?"""
-        if self.box_node[box] == node:
-            self.agent_box[agent] = box
+        if self._box_nodes[box] == node:
+            self._agent_boxes[agent] = box
         else:
             self.box_claim[box] = -1
             # A refused first step leaves the agent where it was, perhaps beside another box of its own.
-            if node != origin or self.agent_box[agent] == box:
-                self.agent_box[agent] = -1
+            if node != origin or self._agent_boxes[agent] == box:
+                self._agent_boxes[agent] = -1
 
     def _keep(self, agent: int, nodes: tuple[int, ...]) -> None:
         free = tuple(n for n in nodes if self.free(agent, n))
         for n in free:
-            self.node_holder[n] = agent
+            self._holders[n] = agent
         self.reserved[agent] = free
 
     def leave(self, agent: int) -> int:
         """Takes an agent that is at the goal out of the world; returns its node."""
-        node = self.agent_node[agent]
-        if self.occupant[node] == agent:
-            self.occupant[node] = -1
+        node = self._agent_nodes[agent]
+        if self._occupants[node] == agent:
+            self._occupants[node] = -1
         self._free_held(agent)
-        box = self.agent_box[agent]
+        box = self._agent_boxes[agent]
         if box >= 0 and self.box_claim[box] == agent:
             self.box_claim[box] = -1
-        self.agent_box[agent] = -1
+        self._agent_boxes[agent] = -1
         self.agent_status[agent] = AgentStatus.GOAL
         return node
 
     def spend(self, agent: int) -> None:
         """The agent has used up its steps: it stays where it is and lets go of its box."""
         self.agent_status[agent] = AgentStatus.SPENT
-        box = self.agent_box[agent]
+        box = self._agent_boxes[agent]
         if box >= 0 and self.box_claim[box] == agent:
             self.box_claim[box] = -1
 
     def _put_box(self, box: int, node: int) -> None:
         stack = self.stacks.setdefault(node, [])
-        self.box_base[box] = self.surface[node]
+        self._box_bases[box] = self._heights[node]
         stack.append(box)
-        self.box_node[box] = node
-        self.top[node] = box
-        self.surface[node] = self._height(node)
+        self._box_nodes[box] = node
+        self._tops[node] = box
+        self._heights[node] = self._height(node)
 
     def _move_box(self, box: int, node: int) -> None:
-        old = self.box_node[box]
+        old = self._box_nodes[box]
         if old == node:
             return
         stack = self.stacks[old]
         stack.remove(box)
         base = self.topology.z[old]
         for other in stack:
-            self.box_base[other] = base
+            self._box_bases[other] = base
             base += self.box_height[other]
-        self.top[old] = stack[-1] if stack else -1
+        self._tops[old] = stack[-1] if stack else -1
         if not stack:
             del self.stacks[old]
-        self.surface[old] = self._height(old)
+        self._heights[old] = self._height(old)
         self._put_box(box, node)
 
     def _height(self, node: int) -> float:
