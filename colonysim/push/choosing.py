@@ -17,6 +17,7 @@ BOLTZMANN = 8.0
 """beta of paper Eq. 11."""
 Testing = Literal["greedy", "boltzmann"]
 Choose = Callable[[State], Control]
+_ALL = tuple(Control)  # Control(number) takes far longer than to look it up
 
 
 def boltzmann(values: Float, rng: np.random.Generator, beta: float = BOLTZMANN) -> Control:
@@ -24,7 +25,7 @@ def boltzmann(values: Float, rng: np.random.Generator, beta: float = BOLTZMANN) 
     weights = np.exp(beta * (values.astype(np.float64) - float(values.max())))
     edges = np.cumsum(weights)
     drawn = int(np.searchsorted(edges, rng.random() * edges[-1], side="right"))
-    return Control(min(drawn, CONTROLS - 1))
+    return _ALL[min(drawn, CONTROLS - 1)]
 
 
 _REMEMBERED = 12
@@ -40,14 +41,17 @@ class _Trail:
 
     def visits(self, state: State) -> int:
         """How many of the last states were the same; the state is remembered."""
-        found = sum(
-            abs(state.x_box - s.x_box) < _SAME_PLACE
-            and abs(state.y_box - s.y_box) < _SAME_PLACE
-            and abs(state.x_node - s.x_node) < _SAME_PLACE
-            and abs(state.y_node - s.y_node) < _SAME_PLACE
-            and abs(wrap(state.yaw_agent - s.yaw_agent)) < _SAME_YAW
-            for s in self._last
-        )
+        found = 0
+        x_box, y_box, x_node, y_node, yaw = state.x_box, state.y_box, state.x_node, state.y_node, state.yaw_agent
+        for s in self._last:
+            if (
+                abs(x_box - s.x_box) < _SAME_PLACE
+                and abs(y_box - s.y_box) < _SAME_PLACE
+                and abs(x_node - s.x_node) < _SAME_PLACE
+                and abs(y_node - s.y_node) < _SAME_PLACE
+                and abs(wrap(yaw - s.yaw_agent)) < _SAME_YAW
+            ):
+                found += 1
         self._last.append(state)
         return found
 
@@ -73,7 +77,7 @@ def network_chooser(
             return boltzmann(values, rng, beta)
         if visits := trail.visits(state):
             return boltzmann(values, rng, max(_SOFTEST, beta / 2.0 ** (visits - 1)))
-        return Control(int(values.argmax()))
+        return _ALL[int(values.argmax())]
 
     return choose
 

@@ -12,7 +12,9 @@ from colonysim.physics.robot import MAX_WHEEL_SPEED, WheelSpeeds
 from colonysim.physics.shapes import wrap
 from colonysim.push.state import State
 
-__all__ = ["CONTROLS", "CONTROL_TICKS", "GAIN_ALIGN", "GAIN_ROTATE", "GAIN_TRAVEL", "Control", "control_speeds"]
+__all__ = [
+    "CONTROLS", "CONTROL_TICKS", "GAIN_ALIGN", "GAIN_ROTATE", "GAIN_TRAVEL", "NAMES", "Control", "control_speeds",
+]  # fmt: skip
 
 CONTROL_TICKS = 3
 """A control looks at the state 20 times a second, and holds its wheel speeds for this many control ticks."""
@@ -40,6 +42,8 @@ class Control(IntEnum):
 
 
 CONTROLS = len(Control)
+NAMES = tuple(control.name.lower() for control in Control)
+"""What the controls are called in traces."""
 
 
 def control_speeds(control: Control, state: State) -> WheelSpeeds:
@@ -87,13 +91,14 @@ def _beside(state: State, side: float) -> WheelSpeeds:
     )
 
 
-_LAWS: dict[Control, Callable[[State], WheelSpeeds]] = {
-    Control.BACK: lambda state: WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL),
-    Control.APPROACH: lambda state: _travel(state.x_box, state.y_box),
-    Control.ANGLE_BOX: lambda state: _rotate(state.x_box, state.y_box),
-    Control.ALIGN: _align,
-    Control.PUSH_IN: lambda state: _travel(state.x_node, state.y_node),
-    Control.PUSH_LEFT: lambda state: _beside(state, SIDE),
-    Control.PUSH_RIGHT: lambda state: _beside(state, -SIDE),
-    Control.ANGLE_GOAL: lambda state: _rotate(state.x_node, state.y_node),
-}
+_LAWS: tuple[Callable[[State], WheelSpeeds], ...] = (
+    lambda state: WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL),
+    lambda state: _travel(state.x_box, state.y_box),
+    lambda state: _rotate(state.x_box, state.y_box),
+    _align,
+    lambda state: _travel(state.x_node, state.y_node),
+    lambda state: _beside(state, SIDE),
+    lambda state: _beside(state, -SIDE),
+    lambda state: _rotate(state.x_node, state.y_node),
+)
+"""By control: a dictionary would ask an enumeration's member for its hash, which is Python."""

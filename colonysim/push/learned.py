@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
 from colonysim.push.choosing import Choose
-from colonysim.push.controls import CONTROL_TICKS, control_speeds
+from colonysim.push.controls import CONTROL_TICKS, NAMES, control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
 from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
 from colonysim.push.paths import Obstacles
@@ -77,7 +77,7 @@ def rl_push(
     try:
         while not reason:
             control = choose(state)
-            name, held = control.name.lower(), 0
+            name, held = NAMES[control], 0
             while held < ticks and not reason:
                 speeds = control_speeds(control, state)
                 for _ in range(min(CONTROL_TICKS, ticks - held)):
@@ -230,7 +230,7 @@ class _NetworkPart:
         """The controls, tick by tick."""
         for _ in range(STEP_LIMIT[self._task.kind] * STEP_TICKS // self._ticks):
             control = self._choose(self._state)
-            name, reason, held = control.name.lower(), "", 0
+            name, reason, held = NAMES[control], "", 0
             while held < self._ticks and not reason:
                 speeds = control_speeds(control, self._state)
                 for _ in range(min(CONTROL_TICKS, self._ticks - held)):
