@@ -151,6 +151,8 @@ class Episode:
         self.clock.cancel()
         self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
+        # They call back: without this the episode and its arrays would stay until the garbage collector comes by.
+        self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
 
     def _begin(self, steps: Generator[simpy.Event, Any, None]) -> None:
         """Starts a process; what it raises reaches the caller itself, where SimPy would build another one like it."""
