@@ -91,14 +91,15 @@ def _beside(state: State, side: float) -> WheelSpeeds:
     )
 
 
-_LAWS: tuple[Callable[[State], WheelSpeeds], ...] = (
-    lambda state: WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL),
-    lambda state: _travel(state.x_box, state.y_box),
-    lambda state: _rotate(state.x_box, state.y_box),
-    _align,
-    lambda state: _travel(state.x_node, state.y_node),
-    lambda state: _beside(state, SIDE),
-    lambda state: _beside(state, -SIDE),
-    lambda state: _rotate(state.x_node, state.y_node),
-)
-"""By control: a dictionary would ask an enumeration's member for its hash, which is Python."""
+_LAW: dict[Control, Callable[[State], WheelSpeeds]] = {
+    Control.BACK: lambda state: WheelSpeeds(-GAIN_TRAVEL, -GAIN_TRAVEL),
+    Control.APPROACH: lambda state: _travel(state.x_box, state.y_box),
+    Control.ANGLE_BOX: lambda state: _rotate(state.x_box, state.y_box),
+    Control.ALIGN: _align,
+    Control.PUSH_IN: lambda state: _travel(state.x_node, state.y_node),
+    Control.PUSH_LEFT: lambda state: _beside(state, SIDE),
+    Control.PUSH_RIGHT: lambda state: _beside(state, -SIDE),
+    Control.ANGLE_GOAL: lambda state: _rotate(state.x_node, state.y_node),
+}
+# By number: a dictionary would ask an enumeration's member for its hash, which is Python.
+_LAWS = tuple(_LAW[control] for control in Control)

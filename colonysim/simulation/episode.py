@@ -209,6 +209,7 @@ class Episode:
         return Wait(tuple(blockers), view.edge_seconds, clear)
 
     def _carry_out(self, agent: int, intent: Move) -> Generator[simpy.Event, Any, None]:
+        """Acts on an intent for which everything is reserved."""
         began = self.now
         outcome: Outcome = yield self._act(agent, intent)
         if self._settle(agent, intent, outcome, began):
