@@ -17,18 +17,17 @@ cdef class World:
 
     @cython.locals(box=int)
     cpdef double level(self, int agent)
-    @cython.locals(rise=double, reach=double)
+    @cython.locals(reach=double)
     cpdef bint passable(self, double level, int i, int j)
+    cdef double _rise(self, int i, int j) except? -1
     @cython.locals(reach=double, rise=double, surface="double[::1]", j=int)
     cpdef list ways(self, double level, int node)
     @cython.locals(reach=double, level=double, rise=double, surface="double[::1]", j=int)
     cpdef list exits(self, int agent)
     cpdef bint adjacent(self, int i, int j) except? -1
-    @cython.locals(at=int, claim=int, rise=double, reach=double)
+    @cython.locals(at=int, claim=int, reach=double)
     cpdef bint graspable(self, int agent, int box, double level, int node)
-    @cython.locals(rise=double)
     cpdef bint can_slide(self, double base, int i, int j)
-    @cython.locals(rise=double)
     cpdef bint falls(self, double base, int i, int j)
     @cython.locals(occupant=int, holder=int)
     cpdef bint free(self, int agent, int node)

@@ -144,8 +144,12 @@ class World:
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
-        rise, reach = self._rises.get((i, j), 0.0) if self._rises else 0.0, self._reach
-        return -reach < self._heights[j] - level - rise < reach
+        reach = self._reach
+        return -reach < self._heights[j] - level - self._rise(i, j) < reach
+
+    def _rise(self, i: int, j: int) -> float:
+        """How much a slope rises from `i` to `j`; 0 elsewhere."""
+        return self._rises.get((i, j), 0.0) if self._rises else 0.0
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
@@ -185,10 +189,8 @@ class World:
         at, claim = self._box_nodes[box], self.box_claim[box]
         if self._tops[at] != box or (claim != -1 and claim != agent):
             return False
-        rises = self._rises
-        rise = rises.get((node, at), 0.0) if rises else 0.0
         reach = self._reach
-        return -reach < self._box_bases[box] - level - rise < reach
+        return -reach < self._box_bases[box] - level - self._rise(node, at) < reach
 
     def can_slide(self, base: float, i: int, j: int) -> bool:
         """Whether a box whose underside is at height `base` on `i` may be pushed to its neighbour `j`.
@@ -197,13 +199,11 @@ class World:
         """
         if self._no_push and (i, j) in self._no_push:
             return False
-        rise = self._rises.get((i, j), 0.0) if self._rises else 0.0
-        return self._heights[j] <= base + rise + SAME_HEIGHT
+        return self._heights[j] <= base + self._rise(i, j) + SAME_HEIGHT
 
     def falls(self, base: float, i: int, j: int) -> bool:
         """Whether a box pushed from `i` (underside at `base`) would drop at `j`; its pusher then stays behind."""
-        rise = self._rises.get((i, j), 0.0) if self._rises else 0.0
-        return base + rise - self._heights[j] >= self._reach
+        return base + self._rise(i, j) - self._heights[j] >= self._reach
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
