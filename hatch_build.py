@@ -46,6 +46,7 @@ HOT = (
     "colonysim/push/state.py",
     "colonysim/simulation/clock.py",
     "colonysim/simulation/episode.py",
+    "colonysim/simulation/moments.py",
     "colonysim/simulation/strides.py",
     "colonysim/simulation/waiting.py",
     "colonysim/trace/block.pyx",

@@ -1,25 +1,37 @@
 # The types of episode.py when it is compiled.
 cimport cython
+from colonysim.simulation.moments cimport Moments
 from colonysim.simulation.strides cimport Strides
 from colonysim.simulation.waiting cimport Waiting
+from colonysim.trace.rows cimport Rows
 from colonysim.world.state cimport World
+
+cdef int NORMAL
 
 
 cdef class Episode:
-    cdef public object fields, backend, policy, rows, env, event_number, clock, visit
+    cdef public object fields, backend, policy, env, numbers, clock, visit
     cdef public int number
     cdef public World world
+    cdef public object rows
     cdef public Strides strides
-    cdef public list memories, views, random, steps, queue
+    cdef public Moments moments
+    cdef public list memories, views, random, queue
+    cdef public object steps
     cdef public Waiting waiting
     cdef public dict asks, resting
     cdef double[::1] since
     cdef public set finished
-    cdef public double now, last_outcome, stall, limit
+    cdef public double now, due, last_outcome, stall, limit
     cdef public bint stuck
 
+    @cython.locals(
+        queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
+        priority=int, number="long long", head=tuple,
+    )
+    cdef bint _go_on(self) except? -1
     cdef _expect(self, long long number, double seconds)
-    @cython.locals(strides=Strides, now=double, number="long long")
+    @cython.locals(strides=Strides, number="long long", origin=int, target=int)
     cdef _moment(self)
     @cython.locals(strides=Strides, seconds=double)
     cdef _stride(self, int agent)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from array import array
 from collections.abc import Generator, Iterator, Mapping
-from heapq import heappop, heappush
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ import simpy
 
 from colonysim.pheromones.field import Visit
 from colonysim.simulation.clock import Clock
+from colonysim.simulation.moments import Moments
 from colonysim.simulation.strides import strides_of
 from colonysim.simulation.waiting import Waiting
 from colonysim.trace.schema import EpisodeResult
@@ -33,25 +33,32 @@ if TYPE_CHECKING:
 
 __all__ = ["Episode"]
 
+NORMAL = 1
+"""SimPy's priority of timeouts; processes begin before them."""
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
 
 
 class _Environment(simpy.Environment):
-    """SimPy's, where the next moment of an agent may stand in the queue as a bare number (`Episode._moment`).
+    """SimPy's, beside which the next moments of agents may stand as bare numbers.
 
-    There are more of these moments than of anything else, and an event and a callback for each would cost more than
-    the step that it is for. Among SimPy's own events they have their place as timeouts would.
+    There are more of these than of anything else, and an event and a callback for each would cost more than the step
+    that it is for. Among SimPy's own events they have their place as timeouts would.
     """
 
     def __init__(self) -> None:
         super().__init__(0.0)
-        self.queue: list[Any] = self._queue  # (time, priority, number, event or number of an agent)
-        self.number = self._eid
+        self.moments = Moments()
+        self.queue: list[Any] = self._queue  # (time, priority, number, event)
+        self.numbers = self._eid
 
     def at(self, now: float) -> None:
         """It is so late now, though no event has come."""
         self._now = now
+
+    def peek(self) -> float:
+        """When something is due next."""
+        return min(super().peek(), self.moments.time)
 
 
 def _raise_as_it_was(process: Any) -> None:
@@ -83,10 +90,10 @@ class Episode:
         self.views = views
         self.rows = rows
         self.env = _Environment()
-        self.queue, self.event_number = self.env.queue, self.env.number
+        self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
         self.now = 0.0
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
-        self.steps = [0] * len(views)
+        self.steps = array("i", [0]) * len(views)
         self.finished: set[int] = set()
         self.last_outcome = 0.0
         self.stuck = False
@@ -126,36 +133,49 @@ class Episode:
                     self._expect(agent, 0.0)
         if self.backend.tick is not None:
             self._begin(self.clock.run(self.backend.tick))
-        limit, stall, events, finished, agents = self.limit, self.stall, rows.events, self.finished, len(self.views)
-        queue, step, now = self.queue, env.step, 0.0
-        while True:
-            due = queue[0][0] if queue else inf
-            over = due > limit or due > self.last_outcome + stall or due == inf
-            if over or self.stuck or len(finished) == agents:
-                break
-            # All that a step runs happens at this time; asking the environment each time is slow.
-            self.now = rows.now = now = due
-            if type(queue[0][3]) is int:
-                self._moment()
-            else:
-                step()
-            if events:
-                yield from events
-                events.clear()
-        if len(finished) == agents:
+        events = rows.events
+        while self._go_on():
+            yield from events
+            events.clear()
+        due, now = self.due, self.now
+        if len(self.finished) == len(self.views):
             ended = self._how_it_ended()
-        elif self.stuck or due == inf or due > self.last_outcome + stall:
+        elif self.stuck or due == inf or due > self.last_outcome + self.stall:
             ended = "deadlock"
         else:
-            ended, now = "timeout", limit
+            ended, now = "timeout", self.limit
         self.clock.cancel()
         self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
         # They call back: without this the episode and its arrays would stay until the garbage collector comes by.
         self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
 
+    def _go_on(self) -> bool:
+        """Lets happen what is due until there are events to hand out; returns False once the episode is over."""
+        queue, moments, rows, events, agents = self.queue, self.moments, self.rows, self.rows.events, len(self.views)
+        while True:
+            due, told = moments.time, True
+            if queue:
+                time, priority, number, _ = queue[0]
+                if time < due or (time == due and (priority != NORMAL or number < moments.number)):
+                    due, told = time, False
+            self.due = due
+            if due > self.limit or due > self.last_outcome + self.stall or due == inf:
+                return False
+            if self.stuck or len(self.finished) == agents:
+                return False
+            # All that a step runs happens at this time; asking the environment each time is slow.
+            self.now = rows.now = due
+            if told:
+                self._moment()
+            else:
+                self.env.step()
+            if events:
+                return True
+
     def _begin(self, steps: Generator[simpy.Event, Any, None]) -> None:
         """Starts a process; what it raises reaches the caller itself, where SimPy would build another one like it."""
+        self.env.at(self.now)
         self.env.process(steps).callbacks.append(_raise_as_it_was)
 
     def _latest(self) -> float:
@@ -216,21 +236,22 @@ class Episode:
             yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
 
     def _expect(self, number: int, seconds: float) -> None:
-        """Puts a moment into the queue: an agent's own, or below 0 the end of the time that a wait may take."""
-        heappush(self.queue, (self.now + seconds, simpy.events.NORMAL, next(self.event_number), number))
+        """Notes a moment to come: an agent's own, or below 0 the end of the time that a wait may take."""
+        self.moments.put(self.now + seconds, next(self.numbers), number)
 
     def _moment(self) -> None:
         """What happens now is told by a bare number, no process is woken for it."""
-        now, number = self.now, heappop(self.queue)[3]
-        self.env.at(now)
+        number = self.moments.take()
         if number < 0:
             self.waiting.expire(-1 - number)
             return
         strides = self.strides
         assert strides is not None
-        if strides.under_way(number):
-            self.last_outcome = now
-            if self.waiting.wake(strides.arrive(number)):
+        target = strides.heading(number)
+        if target >= 0:
+            self.last_outcome = self.now
+            origin = strides.arrive(number)
+            if self.waiting.wake_two(origin, target):
                 self._expect(number, 0.0)  # who waited for the place chooses before who comes from it
                 return
         elif self.waiting.waits(number):
@@ -286,6 +307,7 @@ class Episode:
     def _rouse(self, agent: int) -> None:
         """Lets an agent that waits go on, in its turn."""
         if self.strides is None:
+            self.env.at(self.now)
             self.resting.pop(agent).succeed()
         else:
             self._expect(agent, 0.0)

@@ -13,15 +13,16 @@ from colonysim.world.state cimport World
 cdef double UNKNOWN
 
 
+@cython.final
 cdef class Strides:
     cdef int goal, max_steps
     cdef double reach, d_max, scale, shift, beta, fixed, pace, push_fixed, push_pace, jitter
     cdef bint lrta, blank, marks_waits, plain
-    cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, target, ways, options
+    cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, steps, target, ways, options
     cdef int[::1] box, hole, ends_at, hole_at
     cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
-    cdef list reserved, jitters, memories, views, random, draw, steps
+    cdef list reserved, jitters, memories, views, random, draw
     cdef dict clear_requests, handed
     cdef object travels, pushes, visit, withdraw
     cdef BoxWorth worth
@@ -64,9 +65,9 @@ cdef class Strides:
     @cython.locals(took=double)
     cdef double seconds(self, int agent, int i, int j, double length, bint pushed) except? -1
 
-    cpdef bint under_way(self, int agent)
+    cpdef int heading(self, int agent)
     @cython.locals(origin=int, target=int, before=int)
-    cpdef tuple arrive(self, int agent)
+    cpdef int arrive(self, int agent) except? -2
 
     @cython.locals(ends_at=int)
     cdef push(self, int agent, int box, int origin, int target, int before)

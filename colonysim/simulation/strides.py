@@ -51,7 +51,7 @@ def strides_of(
     memories: list[Any],
     views: list[LocalView],
     random: list[Random],
-    steps: list[int],
+    steps: array[int],
     rows: Rows,
     withdraw: Callable[[int], None],
 ) -> Strides | None:
@@ -101,7 +101,7 @@ class Strides:
         memories: list[Any],
         views: list[LocalView],
         random: list[Random],
-        steps: list[int],
+        steps: array[int],
         rows: Rows,
         withdraw: Callable[[int], None],
     ) -> None:
@@ -286,12 +286,12 @@ class Strides:
             took *= 1.0 + self.jitter * (2.0 * self.jitters[agent]() - 1.0)
         return took
 
-    def under_way(self, agent: int) -> bool:
-        """Whether an agent has begun a step and not ended it."""
-        return self.target[agent] >= 0
+    def heading(self, agent: int) -> int:
+        """Where the step leads that an agent has begun and not ended, or -1."""
+        return self.target[agent]
 
-    def arrive(self, agent: int) -> tuple[int, int]:
-        """Ends the step: the agent is where it leads and deposits; returns the nodes that changed."""
+    def arrive(self, agent: int) -> int:
+        """Ends the step: the agent is where it leads and deposits; returns the node from which it came."""
         origin, target, before = self.agent_node[agent], self.target[agent], self.agent_from[agent]
         self.target[agent] = -1
         self.node_holder[target] = -1
@@ -299,14 +299,14 @@ class Strides:
         self.moved[agent] = 1
         if self.box[agent] >= 0:
             self.push(agent, self.box[agent], origin, target, before)
-            return origin, target
+            return origin
         if self.occupant[origin] == agent:
             self.occupant[origin] = -1
         self.occupant[target] = agent
         self.agent_node[agent], self.agent_from[agent], self.agent_box[agent] = target, origin, -1
         self.rows.travelled(agent, origin, target, self.steps[agent], self.began[agent])
         self.mark("arrive", agent, -1, -1, origin, before)
-        return origin, target
+        return origin
 
     def push(self, agent: int, box: int, origin: int, target: int, before: int) -> None:
         """Ends a push, or the step to a box."""

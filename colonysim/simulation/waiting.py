@@ -68,13 +68,25 @@ class Waiting:
             return False
         found = False
         for node in sorted(nodes):
-            waits = self._at[node]
-            if waits is not None:
-                for wait in waits:
-                    agent = wait % self._agents
-                    if self._waits[agent] == wait and self._states[agent] != _NOT:
-                        self.call(agent)
-                        found = True
+            if self._wake_at(node):
+                found = True
+        return found
+
+    def wake_two(self, one: int, other: int) -> bool:
+        """`wake` for two nodes."""
+        if self._count == 0:
+            return False
+        found = self._wake_at(min(one, other))
+        return self._wake_at(max(one, other)) or found
+
+    def _wake_at(self, node: int) -> bool:
+        waits, found = self._at[node], False
+        if waits is not None:
+            for wait in waits:
+                agent = wait % self._agents
+                if self._waits[agent] == wait and self._states[agent] != _NOT:
+                    self.call(agent)
+                    found = True
         return found
 
     def call(self, agent: int) -> None:

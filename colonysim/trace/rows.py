@@ -34,12 +34,13 @@ class Rows:
     Attributes:
         now: Simulated seconds, set by the simulation.
         kept: Whether there is a sink.
+        hears_ends: Whether the events of ends are kept.
         events: Events that have not been taken yet.
     """
 
     __slots__ = (
         "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
-        "_writer", "events", "kept", "now",
+        "_writer", "events", "hears_ends", "kept", "now",
     )  # fmt: skip
 
     def __init__(
@@ -55,6 +56,7 @@ class Rows:
         self.kept = self._write is not None
         self._decisions = decisions and sink is not None
         self._kinds = kinds
+        self.hears_ends = self._heard("end")
         ids = scenario.topology.ids
         # -1 ("none") must stay -1 when indices become numbers.
         self._numbers = array("q", (*ids, -1))
@@ -69,7 +71,7 @@ class Rows:
         if self._writer is not None:
             self._marked = self._writer.block("deposits")
             self._chosen = self._writer.block("decisions") if decisions else None
-            self._ended = None if self._heard("end") else self._writer.block("events")
+            self._ended = None if self.hears_ends else self._writer.block("events")
 
     def _heard(self, kind: str) -> bool:
         return self._kinds is None or kind in self._kinds
@@ -133,7 +135,8 @@ class Rows:
         """The event of a travel that ended where it was meant to."""
         block, numbers = self._ended, self._numbers
         if block is None:
-            self.event("end", agent, "travel", origin, node, -1, -1, "arrived", "", step, began, node)
+            if self.kept or self.hears_ends:
+                self.event("end", agent, "travel", origin, node, -1, -1, "arrived", "", step, began, node)
             return
         block.whole(self._episode)
         block.real(self.now)
