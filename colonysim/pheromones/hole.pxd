@@ -24,6 +24,8 @@ cdef class HoleTrail(Marks):
     cpdef double farness(self, int node, int hole)
     @cython.locals(start=int, k=int, found=list)
     cpdef keys(self, int node)
+    @cython.locals(start=int, k=int, hole=int)
+    cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
     @cython.locals(count=int, i=cython.Py_ssize_t)
     cdef list _writes(self, int node, double level)
     @cython.locals(

@@ -105,6 +105,16 @@ class HoleTrail(Marks):
         found.sort()
         return found
 
+    def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
+        """Writes the holes of `keys` into `found` in the order in which they came, see `Marks`."""
+        start = self._start[node]
+        for k in range(start, start + self._count[node]):
+            hole = self._holes[k]
+            if not marked[hole] and self._fars[k] + self._aged < FARTHEST:
+                marked[hole], found[count] = 1, hole
+                count += 1
+        return count
+
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """Algorithm 5 on the visited node."""
         if visit.moment == "claim" or not self._world.scenario.holes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from array import array
     from collections.abc import Sequence
 
 __all__ = ["Marks"]
@@ -22,3 +23,14 @@ class Marks:
     def keys(self, node: int) -> Sequence[int]:
         """The keys that have a value at a node, ascending; empty for a field without keys."""
         raise NotImplementedError
+
+    def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
+        """Writes `keys` into `found`, behind the first `count`, but for those marked; marks them.
+
+        Returns how many there are now.
+        """
+        for key in self.keys(node):
+            if not marked[key]:
+                marked[key], found[count] = 1, key
+                count += 1
+        return count

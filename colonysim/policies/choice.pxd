@@ -2,8 +2,8 @@
 cimport cython
 from colonysim.exact cimport exp
 
-@cython.locals(top=double, total=double, weight=double, value=double)
-cpdef list softmax(values, double beta=*)
+@cython.locals(top=double, total=double, i=int)
+cpdef void weigh(double[::1] values, int count, double beta)
 
-@cython.locals(rest=double, probability=double, i=cython.Py_ssize_t, last=cython.Py_ssize_t)
-cpdef Py_ssize_t sample(probabilities, random)
+@cython.locals(i=int, last=int)
+cpdef int pick(double[::1] chances, int count, double rest)

@@ -1,7 +1,9 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False
 """Choosing by chance: softmax and sampling that give the same bits on every machine."""
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.exact import exp
@@ -10,7 +12,7 @@ if TYPE_CHECKING:
     import random
     from collections.abc import Sequence
 
-__all__ = ["sample", "softmax"]
+__all__ = ["pick", "sample", "softmax", "weigh"]
 
 
 def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
@@ -20,21 +22,36 @@ def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
         values: At least one value.
         beta: The Boltzmann constant: 0 gives equal chances, large values the maximum.
     """
-    top = max(values) if beta >= 0.0 else min(values)
-    weights = [1.0 if value == top else exp(beta * (value - top)) for value in values]
-    total = 0.0
-    for weight in weights:  # sum() adds in another way from Python 3.12 on
-        total += weight
-    return [weight / total for weight in weights]
+    chances = array("d", values)
+    weigh(chances, len(chances), beta)
+    return chances.tolist()
 
 
 def sample(probabilities: Sequence[float], random: random.Random) -> int:
     """The index of one of the probabilities, drawn with one number of the stream."""
-    rest = random.random()
+    return pick(array("d", probabilities), len(probabilities), random.random())
+
+
+def weigh(values: array[float], count: int, beta: float) -> None:
+    """`softmax` in place, of the first `count` values."""
+    top = values[0]
+    for i in range(1, count):
+        if (values[i] > top) if beta >= 0.0 else (values[i] < top):
+            top = values[i]
+    total = 0.0
+    for i in range(count):  # sum() adds in another way from Python 3.12 on
+        values[i] = 1.0 if values[i] == top else exp(beta * (values[i] - top))
+        total += values[i]
+    for i in range(count):
+        values[i] = values[i] / total
+
+
+def pick(chances: array[float], count: int, rest: float) -> int:
+    """`sample` among the first `count` chances, `rest` being the number drawn."""
     last = 0
-    for i, probability in enumerate(probabilities):
-        if probability > 0.0:
-            rest -= probability
+    for i in range(count):
+        if chances[i] > 0.0:
+            rest -= chances[i]
             if rest < 0.0:
                 return i
             last = i

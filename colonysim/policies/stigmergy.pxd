@@ -1,7 +1,7 @@
 # The types of stigmergy.py when it is compiled.
 cimport cython
-from colonysim.policies.choice cimport sample, softmax
-from colonysim.policies.thought cimport Thought
+from colonysim.policies.choice cimport pick, weigh
+from colonysim.policies.thought cimport Memory, Thought, remembering, thinking
 from colonysim.policies.view cimport FieldWindow, LocalView
 
 
@@ -9,39 +9,58 @@ cdef class Stigmergy:
     cdef public object settings
     cdef public str name
     cdef int _goal
-    cdef double _beta, _patience
-    cdef bint _two_node, _ask_to_clear
+    cdef double _beta, _patience, _least
+    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands
+    cdef int[::1] _nodes, _boxes, _pushes, _holes
+    cdef double[::1] _values, _worths
+    cdef unsigned char[::1] _marked
 
     @cython.locals(carried=Thought, dropped=int)
-    cpdef Thought think(self, LocalView view, memory, random)
+    cpdef Thought think(self, LocalView view, Memory memory, random)
     @cython.locals(box=int, hole=int, node=int, way=tuple, thought=Thought)
-    cdef Thought _carry(self, LocalView view, memory)
+    cdef Thought _carry(self, LocalView view, Memory memory)
     cdef bint _impatient(self, LocalView view)
-    @cython.locals(at=int, best=int, j=int, best_scent=double, scent=double, trail=FieldWindow, way=tuple)
-    cdef tuple _way(self, LocalView view, int box, int hole, tuple planned=*, pushes=*)
+    @cython.locals(
+        at=int, best=int, best_scent=double, scent=double, trail=FieldWindow, way=tuple, rest=tuple, slides=cython.bint,
+        pushes="int[::1]", i=int,
+    )
+    cdef tuple _way(self, LocalView view, int box, int hole, tuple planned=*, int count=*)
     cdef tuple _likely_way(self, LocalView view, int box, int hole, tuple way, tuple planned=*)
-    cpdef bint _has_room(self, LocalView view, int box, int hole)
-    @cython.locals(options=list, epsilon=double, j=int)
-    cdef Thought _choose(self, LocalView view, memory, random)
-    @cython.locals(box=int, first=int, worth=FieldWindow, values=list, found=list, hole=int, pick=int)
-    cdef Thought _exploit(self, LocalView view, memory, random, list options)
-    @cython.locals(i=int, values=list, nodes=list, boxes=list, beside=dict, thought=Thought, chances=list)
+    cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
+    @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int)
+    cdef Thought _choose(self, LocalView view, Memory memory, random)
+    @cython.locals(box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple)
+    cdef Thought _exploit(self, LocalView view, Memory memory, random, int count)
+    @cython.locals(
+        i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,
+        node=int, beside=int,
+    )
     cdef Thought _follow_distance(
-        self, LocalView view, memory, random, list options, int box=*, int towards=*, double worth=*,
-        tuple target=*,
+        self, LocalView view, Memory memory, random, int count, int box=*, int towards=*, double worth=*, int hole=*,
+        tuple way=*,
     )
-    cdef bint _shut_in(self, LocalView view, list values)
-    cpdef bint _allowed(self, LocalView view, int node)
+    @cython.locals(i=int, j=int, shut=cython.bint)
+    cdef bint _shut_in(self, LocalView view, int options) except? -1
+    cpdef bint _allowed(self, LocalView view, int node) except? -1
     @cython.locals(
-        at=int, centre=int, hole=int, j=int, asked=cython.bint, beside=cython.bint, trail=FieldWindow, way=tuple,
-        planned=tuple, found=list, candidates=set, pushes=list,
+        at=int, hole=int, asked=cython.bint, own=cython.bint, beside=cython.bint, pushable=int, way=tuple, planned=tuple,
+        found=list, i=int,
     )
-    cpdef list _targets(self, LocalView view, memory, int box, int from_node)
+    cpdef list _targets(self, LocalView view, Memory memory, int box, int from_node)
+    cdef list _feasible(self, LocalView view, int box, list found)
     @cython.locals(
-        box=int, at=int, nodes=list, chances=list, boxes=list, chosen=int, hole=int, thought=Thought, targets=dict, held=dict,
-        epsilon=double,
+        holes="int[::1]", marked="unsigned char[::1]", count=int, centre=int, hole=int, trail=FieldWindow, i=int, place=int,
     )
-    cdef Thought _explore(self, LocalView view, memory, random, list options)
-    cdef dict _boxes_to_pass(self, LocalView view, memory)
+    cdef int _candidates(self, LocalView view, Memory memory, int box, int at, bint beside, int pushable) except -1
+    @cython.locals(
+        box=int, j=int, i=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
+        thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
+    )
+    cdef Thought _explore(self, LocalView view, Memory memory, random, int count)
+    @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
+    cdef int _insert(self, int count, int node, int box)
+    cdef Thought _weighed(self, Thought thought, int count)
+    @cython.locals(some=cython.bint, j=int)
+    cdef dict _boxes_to_pass(self, LocalView view, Memory memory)
     @cython.locals(at=int, thought=Thought)
-    cdef Thought _claim(self, LocalView view, memory, int box, int hole, tuple way)
+    cdef Thought _claim(self, LocalView view, Memory memory, int box, int hole, tuple way)

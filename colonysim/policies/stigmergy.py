@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
 from colonysim.plugins import field_class
-from colonysim.policies.choice import sample, softmax
+from colonysim.policies.choice import pick, weigh
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
-from colonysim.policies.thought import Memory, Thought
+from colonysim.policies.thought import Memory, Thought, remembering, thinking
 from colonysim.world.intents import Wait
 
 if TYPE_CHECKING:
     import random
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from colonysim.pheromones.field import Field
     from colonysim.policies.paths import Way
@@ -44,6 +45,19 @@ class Stigmergy:
         s = self.settings
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
+        self._least, self._overfill, self._from_box, self._errands = (
+            s.feasibility, s.overfill, s.candidates_centre == "box", s.errands
+        )  # fmt: skip
+        # What a choice is between, one of them a box or all of them boxes at worst: nodes, the box meant at each or
+        # -1, and values that become chances. Written anew at each decision, as are the next.
+        neighbours = scenario.topology.neighbours
+        room, holes = 2 * max(map(len, neighbours), default=0) + 1, len(scenario.holes)
+        self._nodes, self._boxes, self._values = (
+            array("i", [0]) * room, array("i", [0]) * room, array("d", [0.0]) * room
+        )  # fmt: skip
+        # Where a box could be pushed, and the holes that it might be for, each marked once and what it is worth.
+        self._pushes, self._holes = array("i", [0]) * room, array("i", [0]) * holes
+        self._marked, self._worths = bytearray(holes), array("d", [0.0]) * holes
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry.
@@ -99,13 +113,13 @@ class Stigmergy:
     def think(self, view: LocalView, memory: Memory, random: random.Random) -> Thought:
         """`decide`, before it is put into words."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
-            memory = Memory(memory.epsilon, memory.box, memory.hole, memory.way, memory.sought)
+            memory = remembering(memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1)
         if memory.box >= 0:
             carried = self._carry(view, memory)
             if carried is not None:
                 return carried
             dropped = memory.box if view.held_box == memory.box else -1
-            memory = Memory(memory.epsilon, shunned=dropped, shunned_at=view.node)
+            memory = remembering(memory.epsilon, -1, -1, (), -1, dropped, view.node)
         return self._choose(view, memory, random)
 
     # -- with a box ------------------------------------------------------------------------------------------------
@@ -120,12 +134,12 @@ class Stigmergy:
             way = self._likely_way(view, box, hole, way, memory.way)
         if not way:
             return None
-        if hole in view.holes():
-            memory = Memory(memory.epsilon, box, hole, way)
+        if view.sees_hole(hole):
+            memory = remembering(memory.epsilon, box, hole, way, -1, -1, -1)
         node = way[1]
-        if not view.foresees and view.feasible(box, (node,))[0] < s.feasibility:
+        if not view.foresees and view.chance(box, node) < self._least:
             return None
-        thought = Thought(memory)
+        thought = thinking(memory)
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
             thought.box, thought.node, thought.hole = box, node, hole
             return thought
@@ -138,16 +152,15 @@ class Stigmergy:
     def _impatient(self, view: LocalView) -> bool:
         return view.waited >= self._patience - 1e-9
 
-    def _way(
-        self, view: LocalView, box: int, hole: int, planned: Way = (), pushes: Sequence[int] | None = None
-    ) -> Way:
+    def _way(self, view: LocalView, box: int, hole: int, planned: Way = (), count: int = -1) -> Way:
         """The way on which a visible box comes nearer to a hole; beyond its next node it may be unknown.
 
         Within R the shortest way is planned. Where that leads out of sight of the hole the box still follows it: H is
-        1 wherever the hole is in sight, and would lead straight back. Elsewhere the box climbs H.
+        1 wherever the hole is in sight, and would lead straight back. Elsewhere the box, which is then next to the
+        agent or with it, climbs H; `count` of its pushes have been looked up, unless it is -1.
         """
         at = view.box_node(box)
-        if hole in view.holes():
+        if view.sees_hole(hole):
             if view.hole_node(hole) == at or not self._has_room(view, box, hole):
                 return ()
             way = view.way_to_hole(box, hole, self._goal)
@@ -158,42 +171,39 @@ class Stigmergy:
             slides = view.sees(rest[1]) and view.can_slide(box, at, rest[1])
             if slides and (len(rest) == 2 or view.can_follow(box, at, rest[1])):
                 return rest
-        trail = view.fields["H"]
-        best, best_scent = -1, trail.at(at, hole)
-        for j in view.pushes(box, self._goal) if pushes is None else pushes:
-            scent = trail.at(j, hole)
+        if count < 0:
+            count = view.pushes_into(box, self._goal, self._pushes)
+        trail, pushes = view.fields["H"], self._pushes
+        best, best_scent = -1, trail.read(at, hole)
+        for i in range(count):
+            scent = trail.read(pushes[i], hole)
             if scent > best_scent:
-                best, best_scent = j, scent
+                best, best_scent = pushes[i], scent
         return (at, best) if best >= 0 else ()
 
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
         """`likely_way` with the least chance asked for; other ways than those given only with the hole in sight."""
-        others = hole if hole in view.holes() and self._has_room(view, box, hole) else -1
+        others = hole if view.sees_hole(hole) and self._has_room(view, box, hole) else -1
         return likely_way(view, box, way, planned, self.settings.feasibility, others, self._goal)
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
-        return self.settings.overfill or view.box_height(box) < view.headroom(hole) + view.reach
+        return self._overfill or view.box_height(box) < view.headroom(hole) + view.reach
 
     def _targets(self, view: LocalView, memory: Memory, box: int, from_node: int) -> list[tuple[int, Way]]:
         """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the box's way there."""
-        s, at = self.settings, view.box_node(box)
-        centre = at if s.candidates_centre == "box" else view.node
-        candidates = {hole for hole in view.holes() if view.hole_near(hole, centre)}
-        pushes: list[int] = []
-        beside = view.beside(at)
+        at = view.box_node(box)
+        beside, pushable = view.beside(at), 0
         if beside:
-            trail, pushes = view.fields["H"], view.pushes(box, self._goal)
-            for j in pushes:
-                candidates.update(trail.keys(j))
-        if memory.sought == box:
-            candidates.add(memory.hole)
-        found, asked = [], at in (view.node, from_node)
-        for hole in sorted(candidates):
-            planned = memory.way if (memory.sought, memory.hole) == (box, hole) else ()
+            pushable = view.pushes_into(box, self._goal, self._pushes)
+        asked, own = at == view.node or at == from_node, memory.sought == box
+        found: list[tuple[int, Way]] = []
+        for i in range(self._candidates(view, memory, box, at, beside, pushable)):
+            hole = self._holes[i]
+            planned = memory.way if own and memory.hole == hole else ()
             if beside:
-                way = self._way(view, box, hole, planned, pushes)
-            elif hole not in view.holes():
+                way = self._way(view, box, hole, planned, pushable)
+            elif not view.sees_hole(hole):
                 way = planned if at in planned[:1] else ()
             else:
                 way = view.way_to_hole(box, hole, self._goal) if self._has_room(view, box, hole) else ()
@@ -202,81 +212,138 @@ class Stigmergy:
             if way:
                 found.append((hole, way))
         if found and asked and not view.foresees:
-            chances = view.feasible(box, [way[1] for _, way in found])
-            found = [pair for pair, chance in zip(found, chances, strict=True) if chance >= s.feasibility]
+            found = self._feasible(view, box, found)
         return found
+
+    def _feasible(self, view: LocalView, box: int, found: list[tuple[int, Way]]) -> list[tuple[int, Way]]:
+        """Those of the holes whose ways begin with a push that is likely enough."""
+        chances = view.feasible(box, [way[1] for _, way in found])
+        return [pair for pair, chance in zip(found, chances, strict=True) if chance >= self._least]
+
+    def _candidates(
+        self, view: LocalView, memory: Memory, box: int, at: int, beside: bool, pushable: int
+    ) -> int:
+        """Writes the holes of Algorithm 6 into `_holes`, ascending; returns how many there are."""
+        holes, marked, count = self._holes, self._marked, 0
+        centre = at if self._from_box else view.node
+        for hole in view.holes():
+            if view.hole_near(hole, centre):
+                holes[count], marked[hole] = hole, 1
+                count += 1
+        trail = view.fields["H"]
+        for i in range(pushable):
+            count = trail.gather(self._pushes[i], holes, count, marked)
+        if memory.sought == box and not marked[memory.hole]:
+            holes[count], marked[memory.hole] = memory.hole, 1
+            count += 1
+        for i in range(count):
+            hole, place = holes[i], i
+            marked[hole] = 0
+            while place > 0 and holes[place - 1] > hole:
+                holes[place] = holes[place - 1]
+                place -= 1
+            holes[place] = hole
+        return count
 
     # -- without a box ---------------------------------------------------------------------------------------------
 
     def _choose(self, view: LocalView, memory: Memory, random: random.Random) -> Thought:
-        options = view.exits()
-        if self._two_node:
-            options = [j for j in options if not view.crowded(j)]
-        if self._ask_to_clear:
-            options = [j for j in options if not view.wanted(j)]
-        if options and view.wanted(view.node):
-            return self._follow_distance(view, memory, random, options)
+        nodes, count = self._nodes, view.exits_into(self._nodes)
+        if self._two_node or (self._ask_to_clear and view.requests):
+            every, count = count, 0
+            for i in range(every):
+                j = nodes[i]
+                if not (self._two_node and view.crowded(j)) and not (self._ask_to_clear and view.wanted(j)):
+                    nodes[count] = j
+                    count += 1
+        if count and view.wanted(view.node):
+            return self._follow_distance(view, memory, random, count)
         if random.random() < memory.epsilon:
-            return self._explore(view, memory, random, options)
-        return self._exploit(view, memory, random, options)
+            return self._explore(view, memory, random, count)
+        return self._exploit(view, memory, random, count)
 
-    def _explore(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Thought:
+    def _explore(self, view: LocalView, memory: Memory, random: random.Random, count: int) -> Thought:
         """Follows E; the node of a box that could be pushed counts as an option."""
-        s = self.settings
+        s, nodes, boxes, values = self.settings, self._nodes, self._boxes, self._values
+        for i in range(count):
+            boxes[i] = -1
         targets: dict[int, list[tuple[int, Way]]] = {}
-        held: dict[int, int] = {}
-        for box in view.boxes():
-            at = view.box_node(box)
-            if box != memory.shunned and at in view.neighbours and view.graspable_from(view.node, box):
-                found = self._targets(view, memory, box, at) if self._allowed(view, at) else []
+        for j in view.neighbours:
+            box = view.box_beside(j)
+            if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box) and self._allowed(view, j):
+                found = self._targets(view, memory, box, j)
                 if found:
-                    targets[at], held[at] = found, box
-        nodes = sorted({*options, *targets}) if targets else options
+                    targets[j] = found
+                    count = self._insert(count, j, box)
         if s.epsilon_per == "choice":
             epsilon = max(s.epsilon_floor, memory.epsilon * s.epsilon_decay)
-            memory = Memory(
+            memory = remembering(
                 epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at
             )
-        if not nodes:
-            return self._follow_distance(view, memory, random, options)
-        chances = softmax([-value for value in view.fields["E"].values(nodes)], self._beta)
-        chosen = nodes[sample(chances, random)]
-        boxes = [held.get(node, -1) for node in nodes]
-        thought = Thought(memory)
-        thought.node = chosen
-        if chosen in targets:
-            holes = targets[chosen]
+        if count == 0:
+            return self._follow_distance(view, memory, random, count)
+        crowding = view.fields["E"]
+        for i in range(count):
+            values[i] = -crowding.read(nodes[i])
+        weigh(values, count, self._beta)
+        chosen = pick(values, count, random.random())
+        thought = thinking(memory)
+        thought.node = nodes[chosen]
+        if boxes[chosen] >= 0:
+            holes = targets[nodes[chosen]]
             hole, way = holes[int(random.random() * len(holes))]
-            thought = self._claim(view, memory, held[chosen], hole, way)
-        thought.explored, thought.nodes, thought.boxes, thought.chances = True, nodes, boxes, chances
+            thought = self._claim(view, memory, boxes[chosen], hole, way)
+        thought.explored = True
+        return self._weighed(thought, count)
+
+    def _insert(self, count: int, node: int, box: int) -> int:
+        """Puts the node of a box in its place among the first `count` options; returns how many there are then."""
+        nodes, boxes, place = self._nodes, self._boxes, 0
+        while place < count and nodes[place] < node:
+            place += 1
+        if place == count or nodes[place] != node:
+            for i in range(count, place, -1):
+                nodes[i], boxes[i] = nodes[i - 1], boxes[i - 1]
+            count += 1
+        nodes[place], boxes[place] = node, box
+        return count
+
+    def _weighed(self, thought: Thought, count: int) -> Thought:
+        """The thought with what it was chosen from."""
+        thought.count, thought.nodes, thought.boxes, thought.chances = count, self._nodes, self._boxes, self._values
         return thought
 
-    def _exploit(self, view: LocalView, memory: Memory, random: random.Random, options: list[int]) -> Thought:
+    def _exploit(self, view: LocalView, memory: Memory, random: random.Random, count: int) -> Thought:
         """Weighs B of the nearest box against D of the neighbours."""
-        seen = view.nearest_box((memory.shunned,), self._goal)
-        if seen is None:
-            return self._follow_distance(view, memory, random, options)
-        box, first = seen
+        box = view.find_box((memory.shunned,), self._goal)
+        if box < 0:
+            return self._follow_distance(view, memory, random, count)
+        first = view.first
         if first != view.node and not self._allowed(view, first):
-            return self._follow_distance(view, memory, random, options)
+            return self._follow_distance(view, memory, random, count)
         found = self._targets(view, memory, box, first)
         if not found:
-            return self._follow_distance(view, memory, random, options)
-        worth = view.fields["B"]
-        values = [worth.at(box, hole) for hole, _ in found]
-        pick = sample(softmax(values, self._beta), random) if len(found) > 1 else 0
-        return self._follow_distance(view, memory, random, options, box, first, values[pick], found[pick])
+            return self._follow_distance(view, memory, random, count)
+        worth, worths, chosen = view.fields["B"], self._worths, 0
+        if len(found) > 1:
+            for i, (hole, _) in enumerate(found):
+                worths[i] = worth.at(box, hole)
+            weigh(worths, len(found), self._beta)
+            chosen = pick(worths, len(found), random.random())
+        hole, way = found[chosen]
+        return self._follow_distance(view, memory, random, count, box, first, worth.at(box, hole), hole, way)
 
     def _follow_distance(
         self,
         view: LocalView,
         memory: Memory,
         random: random.Random,
-        options: list[int],
+        count: int,
         box: int = -1,
         towards: int = -1,
         worth: float = 0.0,
-        target: tuple[int, Way] | None = None,
+        hole: int = -1,
+        way: Way = (),
     ) -> Thought:
         """One softmax over D of the neighbours and, if there is a box to go for, its B.
 
@@ -284,51 +351,65 @@ class Stigmergy:
             view: What the agent sees.
             memory: What it remembers.
             random: Its stream.
-            options: Neighbours it could travel to.
+            count: How many neighbours it could travel to; they are in `_nodes`.
             box: The box to go for, or -1.
             towards: The first node on the way to it.
             worth: B of that box.
-            target: The hole that box is meant for, and the box's way there.
+            hole: The hole that box is meant for.
+            way: The box's way there.
         """
-        values, nodes, boxes = view.fields["D"].values(options), options, [-1] * len(options)
-        if target is not None:
-            values.append(worth)
-            nodes, boxes = [*nodes, towards], [*boxes, box]
-        elif self.settings.step_past and self._shut_in(view, values):
-            beside = self._boxes_to_pass(view, memory)
-            values += view.fields["D"].values(list(beside))
-            nodes, boxes = [*nodes, *beside], [*boxes, *beside.values()]
-        thought = Thought(memory)
-        if not values:  # whatever could give an idle agent something to do by changing
+        nodes, boxes, values, options = self._nodes, self._boxes, self._values, count
+        nearness = view.fields["D"]
+        for i in range(options):
+            boxes[i], values[i] = -1, nearness.read(nodes[i])
+        if box >= 0:
+            nodes[count], boxes[count], values[count] = towards, box, worth
+            count += 1
+        elif self.settings.step_past and self._shut_in(view, options):
+            for node, beside in self._boxes_to_pass(view, memory).items():
+                nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
+                count += 1
+        if count == 0:  # whatever could give an idle agent something to do by changing
+            thought = thinking(memory)
             thought.wait = Wait(view.around())
             return thought
-        chances = softmax(values, self._beta)
-        i = sample(chances, random)
-        if i < len(options):
+        weigh(values, count, self._beta)
+        i = pick(values, count, random.random())
+        if i < options:
+            thought = thinking(memory)
             thought.node = nodes[i]
-        elif target is None:
-            thought = Thought(Memory(memory.epsilon, shunned=boxes[i], shunned_at=nodes[i]))
+        elif box < 0:
+            thought = thinking(remembering(memory.epsilon, -1, -1, (), -1, boxes[i], nodes[i]))
             thought.box, thought.node = boxes[i], nodes[i]
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
-            thought = self._claim(view, memory, box, target[0], target[1])
+            thought = self._claim(view, memory, box, hole, way)
         else:
-            if self.settings.errands:
-                thought = Thought(Memory(memory.epsilon, memory.box, *target, box, memory.shunned, memory.shunned_at))
+            if self._errands:
+                memory = remembering(
+                    memory.epsilon, memory.box, hole, way, box, memory.shunned, memory.shunned_at
+                )
+            thought = thinking(memory)
             thought.node = towards
-        thought.nodes, thought.boxes, thought.chances = nodes, boxes, chances
-        return thought
+        return self._weighed(thought, count)
 
-    def _shut_in(self, view: LocalView, values: Sequence[float]) -> bool:
-        """Whether the agent has no way out, or none from which it knows a way to the goal, given D of its exits."""
-        if values:
-            return max(values) <= 0.0
+    def _shut_in(self, view: LocalView, options: int) -> bool:
+        """Whether the agent has no way out, or none from which it knows a way to the goal; D of its exits is known."""
+        for i in range(options):
+            if self._values[i] > 0.0:
+                return False
         shut = True
-        for j in view.neighbours:  # not with all(): it would take a generator each time
-            shut = shut and not view.passable(j)
+        if options == 0:
+            for j in view.neighbours:  # not with all(): it would take a generator each time
+                shut = shut and not view.passable(j)
         return shut
 
     def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
         """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""
+        some = False
+        for j in view.neighbours:
+            some = some or view.box_beside(j) >= 0
+        if not some:
+            return {}
         beside = {view.box_node(box): box for box in view.boxes() if box != memory.shunned}
         return {
             node: box
@@ -338,17 +419,17 @@ class Stigmergy:
 
     def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> Thought:
         """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
-        thought = Thought(Memory(memory.epsilon, box, hole, way if self.settings.errands else ()))
+        thought = thinking(remembering(memory.epsilon, box, hole, way if self._errands else (), -1, -1, -1))
         thought.box, thought.hole, at = box, hole, view.box_node(box)
         if at != view.node:
             thought.node = at
         elif self._allowed(view, way[1]):
             thought.node = way[1]
         else:
-            seconds, thought = self.settings.patience, Thought(memory)
+            seconds, thought = self.settings.patience, thinking(memory)
             if self._impatient(view):
                 # It has waited for that node before: whoever is there may be shut in by this very box.
-                seconds, thought = 1.0, Thought(Memory(memory.epsilon, shunned=box, shunned_at=view.node))
+                seconds, thought = 1.0, thinking(remembering(memory.epsilon, -1, -1, (), -1, box, view.node))
             limit = None if seconds is None else seconds * view.edge_seconds
             thought.wait = Wait(self._causes(view, (way[1],)), limit)
         return thought
@@ -359,7 +440,7 @@ class Stigmergy:
             return False
         return not (self._two_node and view.crowded(node))
 
-    def _causes(self, view: LocalView, nodes: Sequence[int]) -> tuple[int, ...]:
+    def _causes(self, view: LocalView, nodes: Way) -> tuple[int, ...]:
         """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""
         if self.settings.collision == "reservation":
             return tuple(nodes)

@@ -1,11 +1,33 @@
 # The types of thought.py when it is compiled.
+cimport cython
 
 
+@cython.final
+cdef class Memory:
+    cdef public double epsilon
+    cdef public int box, hole, sought, shunned, shunned_at
+    cdef public tuple way
+
+    @cython.locals(other=Memory)
+    cdef tuple _parts(self)
+
+
+@cython.locals(memory=Memory)
+cpdef Memory remembering(double epsilon, int box, int hole, tuple way, int sought, int shunned, int shunned_at)
+
+
+@cython.final
 cdef class Thought:
-    cdef readonly object memory
-    cdef public object wait, nodes, boxes, chances
-    cdef public int node, box, hole
+    cdef public Memory memory
+    cdef public object wait
+    cdef public int node, box, hole, count
     cdef public bint explored
+    cdef public int[::1] nodes, boxes
+    cdef public double[::1] chances
 
     cpdef intent(self)
     cpdef choice(self)
+
+
+@cython.locals(thought=Thought)
+cpdef Thought thinking(Memory memory)

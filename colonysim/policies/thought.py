@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colonysim.policies.policy import Choice
 from colonysim.world.intents import Push, Travel
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from array import array
 
     from colonysim.policies.paths import Way
     from colonysim.world.intents import Intent, Wait
 
-__all__ = ["Memory", "Thought"]
+__all__ = ["Memory", "Thought", "remembering", "thinking"]
 
 
-@dataclass(frozen=True, slots=True)
 class Memory:
-    """What an agent remembers from one decision to the next.
+    """What an agent remembers from one decision to the next; not to be changed.
 
     Attributes:
         epsilon: Its chance to explore.
@@ -31,40 +29,79 @@ class Memory:
         shunned_at: The node at which it dropped that box.
     """
 
-    epsilon: float
-    box: int = -1
-    hole: int = -1
-    way: Way = ()
-    sought: int = -1
-    shunned: int = -1
-    shunned_at: int = -1
+    __slots__ = ("box", "epsilon", "hole", "shunned", "shunned_at", "sought", "way")
+
+    def __init__(
+        self,
+        epsilon: float,
+        box: int = -1,
+        hole: int = -1,
+        way: Way = (),
+        sought: int = -1,
+        shunned: int = -1,
+        shunned_at: int = -1,
+    ) -> None:
+        self.epsilon, self.box, self.hole, self.way = epsilon, box, hole, way
+        self.sought, self.shunned, self.shunned_at = sought, shunned, shunned_at
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Memory) and self._parts() == other._parts()
+
+    def __hash__(self) -> int:
+        return hash(self._parts())
+
+    def __repr__(self) -> str:
+        return f"Memory{self._parts()}"
+
+    def __reduce__(self) -> tuple[type[Memory], tuple[Any, ...]]:
+        return Memory, self._parts()
+
+    def _parts(self) -> tuple[Any, ...]:
+        return self.epsilon, self.box, self.hole, self.way, self.sought, self.shunned, self.shunned_at
+
+
+def remembering(
+    epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int
+) -> Memory:
+    """`Memory(...)`, which compiled code cannot call without making objects of all numbers."""
+    memory = Memory.__new__(Memory)
+    memory.epsilon, memory.box, memory.hole, memory.way = epsilon, box, hole, way
+    memory.sought, memory.shunned, memory.shunned_at = sought, shunned, shunned_at
+    return memory
 
 
 class Thought:
     """A decision before it is put into words: `choice` says it as other policies do.
 
-    Attributes:
+    Args:
         memory: What the agent will remember.
+
+    Attributes:
+        memory: The same.
         wait: The wait that it has decided on, or None.
         node: Where it wants to go otherwise.
         box: The box it wants to take or push there, or -1.
         hole: The hole (key) which that box is meant for, or -1.
         explored: Whether it followed E.
-        nodes: What it chose between; empty if there was no choice.
+        count: How many nodes it chose between; 0 if there was no choice. What follows is the policy's own and good
+            until its next decision.
+        nodes: The nodes, from the first on.
         boxes: For each of them the box meant, or -1.
         chances: For each of them its chance.
     """
 
-    __slots__ = ("box", "boxes", "chances", "explored", "hole", "memory", "node", "nodes", "wait")
+    __slots__ = ("box", "boxes", "chances", "count", "explored", "hole", "memory", "node", "nodes", "wait")
+
+    nodes: array[int]
+    boxes: array[int]
+    chances: array[float]
 
     def __init__(self, memory: Memory) -> None:
         self.memory = memory
         self.wait: Wait | None = None
         self.node = self.box = self.hole = -1
         self.explored = False
-        self.nodes: Sequence[int] = ()
-        self.boxes: Sequence[int] = ()
-        self.chances: Sequence[float] = ()
+        self.count = 0
 
     def intent(self) -> Intent:
         """The decision as an intent."""
@@ -74,5 +111,16 @@ class Thought:
 
     def choice(self) -> Choice:
         """The decision with what it was taken from."""
-        nodes, boxes, chances = tuple(self.nodes), tuple(self.boxes), tuple(self.chances)
+        if self.count == 0:
+            return Choice(self.intent(), self.memory, self.explored)
+        nodes, boxes = tuple(self.nodes[: self.count]), tuple(self.boxes[: self.count])
+        chances = tuple(self.chances[: self.count])
         return Choice(self.intent(), self.memory, self.explored, nodes, boxes, chances)
+
+
+def thinking(memory: Memory) -> Thought:
+    """`Thought(memory)`, a little faster where it is compiled."""
+    thought = Thought.__new__(Thought)
+    thought.memory, thought.wait, thought.explored, thought.count = memory, None, False, 0
+    thought.node = thought.box = thought.hole = -1
+    return thought

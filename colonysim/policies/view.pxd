@@ -15,16 +15,17 @@ cdef class FieldWindow:
     @cython.locals(node=int)
     cpdef list values(self, nodes)
     cpdef keys(self, int node)
+    cpdef double read(self, int node, int key=*) except? -1
+    cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
     cdef int _check(self, int node) except -1
 
 
 cdef class LocalView:
     cdef public World _world
     cdef public object _backend, _feasible_way, refused
-    cdef public int agent, node, failures
+    cdef public int agent, node, failures, first
     cdef public double radius, edge_seconds, waited
     cdef public dict fields
-    cdef public tuple neighbours
 
     cpdef look(self)
     cpdef bint beside(self, int node) except? -1
@@ -34,22 +35,36 @@ cdef class LocalView:
     cpdef tuple around(self)
     cpdef bint passable(self, int neighbour)
     cpdef list exits(self)
+    cpdef int exits_into(self, int[::1] found) except -1
     cpdef bint free(self, int node) except? -1
     cpdef bint wanted(self, int node) except? -1
     cpdef list boxes(self)
+    @cython.locals(node=int)
     cpdef int box_node(self, int box) except? -1
+    @cython.locals(world=World)
+    cdef int _held(self)
+    @cython.locals(world=World, box=int)
+    cpdef int box_beside(self, int neighbour) except? -1
+    cpdef double box_height(self, int box) except? -1
     cpdef bint on_top(self, int box) except? -1
-    @cython.locals(level=double)
+    @cython.locals(level=double, world=World)
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
     cpdef int hole_node(self, int hole) except? -1
+    @cython.locals(world=World)
+    cpdef bint sees_hole(self, int hole) except -1
     cpdef bint hole_near(self, int hole, int node) except? -1
+    @cython.locals(world=World)
     cpdef double headroom(self, int hole) except? -1
     cdef int _hole(self, int hole) except -1
-    @cython.locals(base=double)
+    @cython.locals(base=double, world=World)
     cpdef bint can_slide(self, int box, int i, int j) except? -1
-    @cython.locals(base=double)
+    @cython.locals(base=double, world=World)
     cpdef bint can_follow(self, int box, int i, int j) except? -1
     cpdef list pushes(self, int box, int barred=*)
+    cpdef int pushes_into(self, int box, int barred, int[::1] found) except -1
+    @cython.locals(world=World, sight=Sight, box=int)
+    cpdef int find_box(self, shunned, int barred) except? -2
+    cpdef double chance(self, int box, int node) except? -1
     cpdef nearest_box(self, shunned=*, int barred=*)
     cpdef tuple way_to_hole(self, int box, int hole, int barred=*, avoided=*)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.pheromones.marks import Marks
@@ -62,6 +63,23 @@ class FieldWindow:
         self._check(node)
         return self._field.keys(node) if self._marks is None else self._marks.keys(node)
 
+    def read(self, node: int, key: int = -1) -> float:
+        """`at` for a policy that has made sure that it may read there."""
+        return self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
+
+    def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
+        """Writes `keys` into `found`, behind the first `count`, but for those marked; marks them.
+
+        Like `read` for who may read there; returns how many there are now.
+        """
+        if self._marks is not None:
+            return self._marks.gather(node, found, count, marked)
+        for key in self._field.keys(node):
+            if not marked[key]:
+                marked[key], found[count] = 1, key
+                count += 1
+        return count
+
     def _check(self, node: int) -> None:
         view = self._view
         if self._by_box:
@@ -85,11 +103,13 @@ class LocalView:
         waited: For how many such units the agent has been waiting in a row.
         refused: What it wanted last and could not begin because the place was taken, or None.
         failures: How many of its actions in a row did not arrive.
+        node: Where it stands.
+        first: The first node on the way to the box that `find_box` has found.
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "neighbours",
-        "node", "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "first", "node",
+        "radius", "refused", "waited",
     )  # fmt: skip
 
     def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
@@ -103,13 +123,16 @@ class LocalView:
         self.waited = 0.0
         self.refused: Intent | None = None
         self.failures = 0
-        self.node = world.agent_node[agent]
-        self.neighbours = world.topology.neighbours[self.node]
+        self.node, self.first = world.agent_node[agent], -1
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
-        self.node = self._world.agent_node[self.agent]
-        self.neighbours = self._world.topology.neighbours[self.node]
+        self.node = self._world._agent_nodes[self.agent]
+
+    @property
+    def neighbours(self) -> tuple[int, ...]:
+        """The nodes next to the agent's own, ascending."""
+        return self._world.topology.neighbours[self.node]
 
     def beside(self, node: int) -> bool:
         """Whether a node is the agent's own or next to it."""
@@ -164,6 +187,10 @@ class LocalView:
         """The neighbours that the agent could travel to and that nobody else occupies or has reserved."""
         return self._world.exits(self.agent)
 
+    def exits_into(self, found: array[int]) -> int:
+        """Writes `exits` into `found`, which must have room for all neighbours; returns how many there are."""
+        return self._world.exits_into(self.agent, found)
+
     def reachable(self, i: int, j: int) -> bool:
         """Whether the surface of one visible node leads to that of another."""
         self._look_at(i)
@@ -204,6 +231,11 @@ class LocalView:
         requests = self._world.clear_requests
         return bool(requests) and requests.get(node, self.agent) != self.agent
 
+    @property
+    def requests(self) -> bool:
+        """Whether anybody asks for any node to be cleared; if not, there is no need to ask for each."""
+        return bool(self._world.clear_requests)
+
     # -- boxes and holes -------------------------------------------------------------------------------------------
 
     def boxes(self) -> list[int]:
@@ -212,7 +244,7 @@ class LocalView:
 
     def box_node(self, box: int) -> int:
         """Where a visible box is."""
-        node = self._world.box_node[box] if box >= 0 else -1
+        node = self._world._box_nodes[box] if box >= 0 else -1
         if not self.sees(node):
             raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
         return node
@@ -220,7 +252,7 @@ class LocalView:
     def box_height(self, box: int) -> float:
         """How high a visible box is, graph units."""
         self.box_node(box)
-        return self._world.scenario.boxes[box].height
+        return self._world._box_heights[box]
 
     def on_top(self, box: int) -> bool:
         """Whether no other box stands on a visible box."""
@@ -229,19 +261,29 @@ class LocalView:
     @property
     def held_box(self) -> int:
         """The box that the agent holds and shares the node with, or -1."""
-        box = self._world.agent_box[self.agent]
-        return box if box >= 0 and self._world.box_claim[box] == self.agent else -1
+        return self._held()
+
+    def _held(self) -> int:
+        world = self._world
+        box = world._agent_boxes[self.agent]
+        return box if box >= 0 and world.box_claim[box] == self.agent else -1
+
+    def box_beside(self, neighbour: int) -> int:
+        """The topmost box on a neighbour that lies within R, or -1."""
+        world = self._world
+        box = world._tops[neighbour] if world.adjacent(self.node, neighbour) else -1
+        return box if box >= 0 and world.sight().within_radius(self.node, neighbour) else -1
 
     def beside_box(self, node: int) -> bool:
         """Whether a node is next to a box that stands next to the agent."""
-        return self._world.sight().beside_box(self.node, node)
+        return self._world.beside_box(self.node, node)
 
     def graspable_from(self, node: int, box: int) -> bool:
         """Whether the agent, once on a visible node, could take hold of a box on it or next to it."""
         world = self._world
         self.box_node(box)
         self._look_at(node)
-        level = world.level(self.agent) if node == self.node else world.surface[node]
+        level = world.level(self.agent) if node == self.node else world._heights[node]
         return world.graspable(self.agent, box, level, node)
 
     def holes(self) -> tuple[int, ...]:
@@ -251,22 +293,27 @@ class LocalView:
     def hole_node(self, hole: int) -> int:
         """Where a visible hole is."""
         self._hole(hole)
-        return self._world.scenario.holes[hole].node
+        return self._world._hole_nodes[hole]
+
+    def sees_hole(self, hole: int) -> bool:
+        """Whether a hole lies within R."""
+        world = self._world
+        return 0 <= hole < len(world._hole_nodes) and world.sight().within_radius(self.node, world._hole_nodes[hole])
 
     def hole_near(self, hole: int, node: int) -> bool:
         """Whether a visible hole lies within R of a visible node."""
         self._hole(hole)
         self._look_at(node)
-        return hole in self._world.holes_near(node)
+        return self._world.sight().within_radius(node, self._world._hole_nodes[hole])
 
     def headroom(self, hole: int) -> float:
         """How far the surface in a visible hole lies below its rim, graph units; negative for a hill."""
         self._hole(hole)
-        seen = self._world.scenario.holes[hole]
-        return seen.rim - self._world.surface[seen.node]
+        world = self._world
+        return world._rims[hole] - world._heights[world._hole_nodes[hole]]
 
     def _hole(self, hole: int) -> None:
-        if hole not in self._world.holes_near(self.node):
+        if not self.sees_hole(hole):
             raise OutOfSightError(f"hole {hole} is out of sight from node {self.node}")
 
     def can_slide(self, box: int, i: int, j: int) -> bool:
@@ -274,7 +321,7 @@ class LocalView:
         self._look_at(i)
         self._look_at(j)
         world = self._world
-        base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
+        base = world._box_bases[box] if world._box_nodes[box] == i else world._heights[i]
         return world.can_slide(base, i, j)
 
     def can_follow(self, box: int, i: int, j: int) -> bool:
@@ -282,7 +329,7 @@ class LocalView:
         self._look_at(i)
         self._look_at(j)
         world = self._world
-        base = world.box_base[box] if world.box_node[box] == i else world.surface[i]
+        base = world._box_bases[box] if world._box_nodes[box] == i else world._heights[i]
         return world.passable(base, i, j)
 
     def pushes(self, box: int, barred: int = -1) -> list[int]:
@@ -292,8 +339,13 @@ class LocalView:
             box: The box.
             barred: A node to leave out, or -1.
         """
+        found = array("i", [0]) * len(self._world.topology.neighbours[self.box_node(box)])
+        return found[: self.pushes_into(box, barred, found)].tolist()
+
+    def pushes_into(self, box: int, barred: int, found: array[int]) -> int:
+        """Writes `pushes` into `found`, which must have room for all neighbours of the box; returns how many."""
         self.box_node(box)
-        return self._world.sight().pushes(self.node, box, barred)
+        return self._world.sight().pushes(self.node, box, barred, found)
 
     def nearest_box(self, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
         """The closest box by path that the agent could hold (paper Algorithm 4).
@@ -305,10 +357,18 @@ class LocalView:
         Returns:
             The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
         """
+        box = self.find_box(shunned, barred)
+        return None if box < 0 else (box, self.first)
+
+    def find_box(self, shunned: Collection[int], barred: int) -> int:
+        """`nearest_box`: the box, or -1; the first node on the way to it is then in `first`."""
         world = self._world
-        if not world.scenario.boxes:
-            return None
-        return world.sight().nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
+        if len(world._box_nodes) == 0:
+            return -1
+        sight = world.sight()
+        box = sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
+        self.first = sight.step
+        return box
 
     def way_to_hole(
         self, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
@@ -326,6 +386,12 @@ class LocalView:
         """
         self.box_node(box)
         return self._world.sight().way_to(self.node, box, self.hole_node(hole), barred, avoided)
+
+    def chance(self, box: int, node: int) -> float:
+        """`feasible` for one neighbour of a visible box."""
+        self.box_node(box)
+        self._look_at(node)
+        return self._backend.feasible(self.agent, box, (node,))[0]
 
     def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
         """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""

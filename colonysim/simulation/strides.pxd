@@ -1,10 +1,10 @@
 # The types of strides.py when it is compiled.
 cimport cython
-from colonysim.exact cimport exp
 from colonysim.pheromones.box cimport BoxWorth
 from colonysim.pheromones.hole cimport HoleTrail
+from colonysim.policies.choice cimport pick, weigh
 from colonysim.policies.stigmergy cimport Stigmergy
-from colonysim.policies.thought cimport Thought
+from colonysim.policies.thought cimport Memory, Thought
 from colonysim.policies.view cimport LocalView
 from colonysim.trace.rows cimport Rows
 from colonysim.world.sight cimport Sight
@@ -32,7 +32,7 @@ cdef class Strides:
     cdef Rows rows
     cdef Sight sight
 
-    @cython.locals(node=int, seconds=double)
+    @cython.locals(node=int, seconds=double, memory=Memory)
     cpdef double depart(self, int agent, double now) except? -1
 
     @cython.locals(
@@ -54,7 +54,7 @@ cdef class Strides:
     @cython.locals(view=LocalView)
     cdef tell(self, int agent)
 
-    @cython.locals(i=int, last=int, chosen=int, top=double, total=double, chances="double[::1]", options="int[::1]", beta=double)
+    @cython.locals(i=int, chances="double[::1]", options="int[::1]")
     cdef int choose(self, int count, bint explored, double rest)
 
     cdef double crowding(self, int node)

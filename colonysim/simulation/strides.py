@@ -16,11 +16,11 @@ from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.backends.nodeworld import NodeWorld
-from colonysim.exact import exp
 from colonysim.pheromones import Distance, Exploration
 from colonysim.pheromones.box import BoxWorth
 from colonysim.pheromones.field import Visit
 from colonysim.pheromones.hole import HoleTrail
+from colonysim.policies.choice import pick, weigh
 from colonysim.policies.presets import Colony
 from colonysim.policies.stigmergy import Stigmergy
 
@@ -193,8 +193,11 @@ class Strides:
         thought = self.policy.think(view, self.memories[agent], self.random[agent])
         self.memories[agent] = thought.memory
         target, box, level, ends_at, pushed = thought.node, thought.box, world.level(agent), thought.node, False
-        if thought.nodes:
-            self.rows.decision(agent, node, thought.explored, target, thought.nodes, thought.boxes, thought.chances)
+        if thought.count and self.rows.kept:
+            choice = thought.choice()
+            self.rows.decision(
+                agent, node, choice.explored, target, choice.targets, choice.boxes, choice.probabilities
+            )
         possible = target >= 0 and world.free(agent, target)
         if possible and box < 0:
             possible = world.passable(level, node, target)
@@ -243,27 +246,12 @@ class Strides:
             view.waited, view.refused, view.failures = 0.0, None, 0
 
     def choose(self, count: int, explored: bool, rest: float) -> int:
-        """Which of the first `count` options it is to be, `rest` being drawn; `softmax` and `sample` in one."""
-        chances, options, beta = self.chances, self.options, self.beta
+        """Which of the first `count` options it is to be, `rest` being drawn."""
+        chances, options = self.chances, self.options
         for i in range(count):
             chances[i] = -self.crowding(options[i]) if explored else self.nearness(options[i])
-        top = chances[0]
-        for i in range(1, count):
-            if chances[i] > top:
-                top = chances[i]
-        total = 0.0
-        for i in range(count):
-            chances[i] = 1.0 if chances[i] == top else exp(beta * (chances[i] - top))
-            total += chances[i]
-        chosen, last = -1, 0
-        for i in range(count):
-            chances[i] = chances[i] / total
-            if chosen < 0 and chances[i] > 0.0:
-                rest -= chances[i]
-                last = i
-                if rest < 0.0:
-                    chosen = i
-        return chosen if chosen >= 0 else last
+        weigh(chances, count, self.beta)
+        return pick(chances, count, rest)
 
     def crowding(self, node: int) -> float:
         """E of a node."""

@@ -2,12 +2,18 @@
 cimport cython
 
 
+cdef int FEW, ROOM
+
+
+@cython.final
 cdef class Sight:
-    cdef int size, centre, within, waiting
+    cdef int size, centre, within, waiting, kept_used
+    cdef readonly int step
     cdef long long look, search
     cdef double reach, slack, limit
     cdef double[::1] x, y, lengths, rises, surface, box_base, far, heap_far
     cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
+    cdef int[::1] kept_at, kept_count, kept
     cdef int[::1] cell, members_first, members, beside_first, beside
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
@@ -18,17 +24,18 @@ cdef class Sight:
     cpdef int fill_cells(self, double side) except -1
 
     @cython.locals(
-        x=double, y=double, dx=double, dy=double, limit=double, look="long long", count=int, near="int[::1]", seen="long long[::1]",
-        cell=int, k=int, other=int, m=int, j=int, way=int,
+        look="long long", near="int[::1]", seen="long long[::1]", start=int, count=int, k=int, way=int,
     )
-    cdef void turn(self, int node) noexcept
+    cdef void turn(self, int node)
+    @cython.locals(
+        x=double, y=double, dx=double, dy=double, limit=double, count=int, near="int[::1]", cell=int, k=int, other=int, m=int, j=int,
+    )
+    cdef int gather(self, int node)
+    @cython.locals(used=int, k=int)
+    cdef keep(self, int node, int count)
     cpdef bint sees(self, int node, int other)
-    @cython.locals(way=int, last=int)
-    cpdef bint adjacent(self, int node, int other)
-    @cython.locals(way=int)
-    cpdef bint beside_box(self, int node, int other)
-    @cython.locals(way=int, j=int, occupant=int, holder=int, found=list)
-    cpdef list exits(self, int agent, int node, double level)
+    @cython.locals(dx=double, dy=double)
+    cpdef bint within_radius(self, int i, int j)
     @cython.locals(
         x=double, y=double, dx=double, dy=double, limit=double, cell=int, k=int, other=int, m=int, j=int,
     )
@@ -41,8 +48,8 @@ cdef class Sight:
     @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
     cpdef tuple around(self, int node)
 
-    @cython.locals(at=int, base=double, way=int, j=int, found=list)
-    cpdef list pushes(self, int node, int box, int barred)
+    @cython.locals(at=int, base=double, way=int, j=int, count=int)
+    cpdef int pushes(self, int node, int box, int barred, int[::1] found)
     cdef bint slides(self, double base, int way) noexcept
     cdef bint follows(self, double level, int way) noexcept
 
@@ -50,7 +57,7 @@ cdef class Sight:
         search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, way=int, j=int, through=double, step=int,
     )
-    cpdef nearest_box(self, int agent, int node, double level, shunned, int barred)
+    cpdef int nearest_box(self, int agent, int node, double level, shunned, int barred) except? -2
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
     @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)

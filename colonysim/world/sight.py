@@ -21,6 +21,9 @@ __all__ = ["SAME_HEIGHT", "Sight"]
 
 SAME_HEIGHT = 1e-6
 """Heights are sums of the scenario's numbers: below this they are equal."""
+FEW = 1024
+ROOM = 1 << 24
+"""How many nodes are remembered as near others, at first and at most: 64 MB."""
 
 
 class Sight:
@@ -45,7 +48,10 @@ class Sight:
         most = self.fill_cells(max(radius, 1e-6)) + max(map(len, topology.neighbours), default=0)
         # Where we look from, and what is seen from there: first the nodes within the radius, then other neighbours.
         self.centre, self.look, self.within = -1, 0, 0
-        self.near, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
+        self.near, self.seen, self.step = array("i", bytes(4 * most)), array("q", bytes(8 * size)), -1
+        # What was near each node looked from, one after the other from `kept_at`, as long as there is room.
+        self.kept_at, self.kept_count, self.kept = array("i", [-1]) * size, array("i", [0]) * size, array("i", bytes(4 * FEW))
+        self.kept_used = 0
         # The search: for each node how far it is, and by which node one comes there (or which step was the first).
         self.search = self.waiting = 0
         self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
@@ -98,8 +104,24 @@ class Sight:
             return
         self.centre = node
         self.look += 1
-        x, y, limit, look, count = self.x[node], self.y[node], self.limit, self.look, 0
-        near, seen, cell = self.near, self.seen, self.cell[node]
+        near, seen, look = self.near, self.seen, self.look
+        start, count = self.kept_at[node], self.kept_count[node]
+        if start < 0:
+            count = self.gather(node)
+            self.keep(node, count)
+            for k in range(count):
+                seen[near[k]] = look
+        else:
+            for k in range(count):
+                near[k] = self.kept[start + k]
+                seen[near[k]] = look
+        self.within = count
+        for way in range(self.first[node], self.first[node + 1]):
+            seen[self.ends[way]] = look
+
+    def gather(self, node: int) -> int:
+        """Writes the nodes within the radius of a node into `near`; returns how many there are."""
+        x, y, limit, near, cell, count = self.x[node], self.y[node], self.limit, self.near, self.cell[node], 0
         for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
             other = self.beside[k]
             for m in range(self.members_first[other], self.members_first[other + 1]):
@@ -107,43 +129,30 @@ class Sight:
                 dx, dy = self.x[j] - x, self.y[j] - y
                 if dx * dx + dy * dy <= limit:
                     near[count] = j
-                    seen[j] = look
                     count += 1
-        self.within = count
-        for way in range(self.first[node], self.first[node + 1]):
-            seen[self.ends[way]] = look
+        return count
+
+    def keep(self, node: int, count: int) -> None:
+        """Remembers what has been gathered, while there is room."""
+        used = self.kept_used
+        if used + count > ROOM:
+            return
+        if used + count > len(self.kept):
+            # Not in place: compiled code looks at the old array.
+            self.kept = array("i", bytes(self.kept) + bytes(4 * max(count, len(self.kept))))
+        for k in range(count):
+            self.kept[used + k] = self.near[k]
+        self.kept_at[node], self.kept_count[node], self.kept_used = used, count, used + count
 
     def sees(self, node: int, other: int) -> bool:
         """Whether a node lies within the radius of `node` or next to it."""
         self.turn(node)
         return 0 <= other < self.size and self.seen[other] == self.look
 
-    def adjacent(self, node: int, other: int) -> bool:
-        """Whether an edge leads from one node to the other."""
-        way, last = self.first[node], self.first[node + 1]
-        while way < last and self.ends[way] != other:
-            way += 1
-        return way < last
-
-    def beside_box(self, node: int, other: int) -> bool:
-        """Whether `other` is next to a box that stands next to `node`."""
-        if not 0 <= other < self.size:
-            return False
-        for way in range(self.first[other], self.first[other + 1]):
-            if self.top[self.ends[way]] >= 0 and self.adjacent(node, self.ends[way]):
-                return True
-        return False
-
-    def exits(self, agent: int, node: int, level: float) -> list[int]:
-        """The neighbours of `node` that `agent` can go to from height `level` and that nobody else has."""
-        found: list[int] = []
-        for way in range(self.first[node], self.first[node + 1]):
-            j = self.ends[way]
-            if self.follows(level, way):
-                occupant, holder = self.occupant[j], self.node_holder[j]
-                if (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent):
-                    found.append(j)
-        return found
+    def within_radius(self, i: int, j: int) -> bool:
+        """Whether two nodes lie within the radius of each other."""
+        dx, dy = self.x[i] - self.x[j], self.y[i] - self.y[j]
+        return dx * dx + dy * dy <= self.limit
 
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within the radius of `node`."""
@@ -200,16 +209,19 @@ class Sight:
 
     # -- ways ------------------------------------------------------------------------------------------------------
 
-    def pushes(self, node: int, box: int, barred: int) -> list[int]:
-        """The nodes in sight of `node` that a box there could be pushed to, its pusher going with it."""
+    def pushes(self, node: int, box: int, barred: int, found: array[int]) -> int:
+        """Writes the nodes in sight of `node` that a box there could be pushed to, its pusher going with it.
+
+        Returns how many there are.
+        """
         self.turn(node)
-        found: list[int] = []
-        at, base = self.box_node[box], self.box_base[box]
+        at, base, count = self.box_node[box], self.box_base[box], 0
         for way in range(self.first[at], self.first[at + 1]):
             j = self.ends[way]
             if j != barred and self.seen[j] == self.look and self.slides(base, way) and self.follows(base, way):
-                found.append(j)
-        return found
+                found[count] = j
+                count += 1
+        return count
 
     def slides(self, base: float, way: int) -> bool:
         """Whether a box whose underside is at height `base` may be pushed along a way."""
@@ -219,9 +231,7 @@ class Sight:
         """Whether somebody who stands at height `level` can go along a way."""
         return -self.reach < self.surface[self.ends[way]] - level - self.rises[way] < self.reach
 
-    def nearest_box(
-        self, agent: int, node: int, level: float, shunned: Collection[int], barred: int
-    ) -> tuple[int, int] | None:
+    def nearest_box(self, agent: int, node: int, level: float, shunned: Collection[int], barred: int) -> int:
         """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
 
         Of ways of one length that to the node of the lower number goes first, of these the one with the lower first
@@ -235,7 +245,7 @@ class Sight:
             barred: A node that no way may lead over, or -1.
 
         Returns:
-            The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
+            The box, or -1. The first node on the way to it is then in `step`: its own if it is adjacent or underfoot.
         """
         self.turn(node)
         search = self.start(node)
@@ -249,13 +259,14 @@ class Sight:
                     wanted[at] = search
                     some = True
         if not some:
-            return None
+            return -1
         for box in shunned:
             if 0 <= box < len(self.box_node) and top[self.box_node[box]] == box:
                 wanted[self.box_node[box]] = 0
         reach = self.reach
         if wanted[node] == search and -reach < self.box_base[top[node]] - level < reach:
-            return top[node], node
+            self.step = node
+            return top[node]
         best, best_node, best_first = 0.0, -1, -1
         while self.waiting:
             far, i = self.heap_far[0], self.heap_node[0]
@@ -292,7 +303,8 @@ class Sight:
                     self.offer(through, j, step)
                 elif through == self.far[j] and step < self.via[j]:
                     self.via[j] = step
-        return None if best_node < 0 else (top[best_node], best_first)
+        self.step = best_first
+        return -1 if best_node < 0 else top[best_node]
 
     def way_to(
         self, node: int, box: int, end: int, barred: int, avoided: Collection[tuple[int, int]]

@@ -11,7 +11,8 @@ cdef class World:
     cdef list _holes_near
     cdef double _reach
     cdef object _rises, _no_push
-    cdef double[::1] _heights, _box_bases
+    cdef double[::1] _heights, _box_bases, _box_heights, _floors, _rims, _lengths, _slopes
+    cdef int[::1] _first, _ends, _hole_nodes
     cdef int[::1] _occupants, _holders, _tops, _box_nodes, _agent_nodes, _agent_boxes
     cdef Sight _sight
 
@@ -20,11 +21,15 @@ cdef class World:
     @cython.locals(reach=double)
     cpdef bint passable(self, double level, int i, int j)
     cdef double _rise(self, int i, int j) except? -1
-    @cython.locals(reach=double, rise=double, surface="double[::1]", j=int)
+    @cython.locals(reach=double, way=int, j=int, found=list)
     cpdef list ways(self, double level, int node)
-    @cython.locals(reach=double, level=double, rise=double, surface="double[::1]", j=int)
     cpdef list exits(self, int agent)
-    cpdef bint adjacent(self, int i, int j) except? -1
+    @cython.locals(node=int, level=double, reach=double, count=int, way=int, j=int)
+    cpdef int exits_into(self, int agent, int[::1] found)
+    @cython.locals(way=int, last=int)
+    cpdef bint adjacent(self, int i, int j)
+    @cython.locals(way=int)
+    cpdef bint beside_box(self, int node, int other)
     @cython.locals(at=int, claim=int, reach=double)
     cpdef bint graspable(self, int agent, int box, double level, int node)
     cpdef bint can_slide(self, double base, int i, int j)
@@ -46,5 +51,5 @@ cdef class World:
     cdef _put_box(self, int box, int node)
     @cython.locals(old=int, stack=list, base=double, other=int)
     cpdef _move_box(self, int box, int node)
-    @cython.locals(height=double, box=int)
+    @cython.locals(height=double, box=int, stack=list)
     cdef double _height(self, int node)

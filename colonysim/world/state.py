@@ -67,8 +67,9 @@ class World:
     """
 
     __slots__ = (
-        "_agent_boxes", "_agent_nodes", "_box_bases", "_box_nodes", "_heights", "_holders", "_holes_near",
-        "_no_push", "_occupants", "_reach", "_rises", "_sight", "_tops", "agent_box", "agent_from", "agent_node",
+        "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
+        "_heights", "_holders", "_hole_nodes", "_holes_near", "_lengths", "_no_push", "_occupants", "_reach", "_rims",
+        "_rises", "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
         "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
         "topology",
@@ -82,6 +83,10 @@ class World:
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
         self.box_height = array("d", [box.height for box in scenario.boxes])
+        self._hole_nodes = array("i", [hole.node for hole in scenario.holes])
+        self._rims, self._box_heights = array("d", [hole.rim for hole in scenario.holes]), self.box_height
+        self._first, self._ends, self._lengths, self._slopes = scenario.topology.edges
+        self._floors = array("d", scenario.topology.z)
         self._reach, self._rises, self._no_push = scenario.reach, scenario.topology.rises, scenario.no_push
         self._holes_near: list[tuple[int, ...] | None] = [None] * (size if scenario.holes else 0)
         self._sight: Sight | None = None
@@ -91,7 +96,7 @@ class World:
         """Puts everything where the scenario says it starts."""
         scenario, topology = self.scenario, self.topology
         size = len(topology)
-        self.surface = array("d", topology.z)
+        self.surface = array("d", self._floors)
         self.occupant = array("i", [-1]) * size
         self.node_holder = array("i", [-1]) * size
         self.edge_holder: dict[tuple[int, int], int] = {}
@@ -157,25 +162,43 @@ class World:
 
     def ways(self, level: float, node: int) -> list[tuple[int, float]]:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
-        surface, reach = self._heights, self._reach
-        return [
-            (j, length) for j, length, rise in self.topology.ways[node] if -reach < surface[j] - level - rise < reach
-        ]
+        found, reach = [], self._reach
+        for way in range(self._first[node], self._first[node + 1]):
+            j = self._ends[way]
+            if -reach < self._heights[j] - level - self._slopes[way] < reach:
+                found.append((j, self._lengths[way]))
+        return found
 
     def exits(self, agent: int) -> list[int]:
         """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        if self._sight is not None:  # without boxes a large map is spared the arrays that a search needs
-            return self._sight.exits(agent, self._agent_nodes[agent], self.level(agent))
-        surface, reach, level = self._heights, self._reach, self.level(agent)
-        return [
-            j
-            for j, _, rise in self.topology.ways[self._agent_nodes[agent]]
-            if -reach < surface[j] - level - rise < reach and self.free(agent, j)
-        ]
+        found = array("i", [0]) * len(self.topology.neighbours[self._agent_nodes[agent]])
+        return found[: self.exits_into(agent, found)].tolist()
+
+    def exits_into(self, agent: int, found: array[int]) -> int:
+        """Writes the nodes of `exits` into `found`; returns how many there are."""
+        node, level, reach, count = self._agent_nodes[agent], self.level(agent), self._reach, 0
+        for way in range(self._first[node], self._first[node + 1]):
+            j = self._ends[way]
+            if -reach < self._heights[j] - level - self._slopes[way] < reach and self.free(agent, j):
+                found[count] = j
+                count += 1
+        return count
 
     def adjacent(self, i: int, j: int) -> bool:
         """Whether an edge leads from `i` to `j`."""
-        return j in self.topology.neighbours[i] if self._sight is None else self._sight.adjacent(i, j)
+        way, last = self._first[i], self._first[i + 1]
+        while way < last and self._ends[way] != j:
+            way += 1
+        return way < last
+
+    def beside_box(self, node: int, other: int) -> bool:
+        """Whether `other` is next to a box that stands next to `node`."""
+        if not 0 <= other < len(self._tops):
+            return False
+        for way in range(self._first[other], self._first[other + 1]):
+            if self._tops[self._ends[way]] >= 0 and self.adjacent(node, self._ends[way]):
+                return True
+        return False
 
     def top_box(self, node: int) -> int:
         """The topmost box on `node`, or -1."""
@@ -405,10 +428,10 @@ class World:
             return
         stack = self.stacks[old]
         stack.remove(box)
-        base = self.topology.z[old]
+        base = self._floors[old]
         for other in stack:
             self._box_bases[other] = base
-            base += self.box_height[other]
+            base += self._box_heights[other]
         self._tops[old] = stack[-1] if stack else -1
         if not stack:
             del self.stacks[old]
@@ -417,7 +440,9 @@ class World:
 
     def _height(self, node: int) -> float:
         """A node's surface, summed from the bottom each time, so that no rounding error piles up."""
-        height = self.topology.z[node]
-        for box in self.stacks.get(node, ()):
-            height += self.box_height[box]
+        height = self._floors[node]
+        stack = self.stacks.get(node)
+        if stack is not None:
+            for box in stack:
+                height += self._box_heights[box]
         return height
