@@ -136,7 +136,8 @@ class HoleTrail(Marks):
         """The rule "max" on one node; returns how many trails have changed."""
         sight, aged = self._world.sight(), self._aged
         best, found, place, count, wrote = self._best, self._found, self._place, 0, 0
-        for hole in self._world.holes_near(node):
+        for k in range(sight.holes_first[node], sight.holes_first[node + 1]):
+            hole = sight.hole_keys[k]
             best[hole], found[count] = 0.0, hole
             count += 1
         for way in range(sight.first[node], sight.first[node + 1]):

@@ -49,7 +49,7 @@ cdef class Stigmergy:
     cpdef list _targets(self, LocalView view, Memory memory, int box, int from_node)
     cdef list _feasible(self, LocalView view, int box, list found)
     @cython.locals(
-        holes="int[::1]", marked="unsigned char[::1]", count=int, centre=int, hole=int, trail=FieldWindow, i=int, place=int,
+        holes="int[::1]", marked="unsigned char[::1]", count=int, hole=int, trail=FieldWindow, i=int, place=int,
     )
     cdef int _candidates(self, LocalView view, Memory memory, int box, int at, bint beside, int pushable) except -1
     @cython.locals(

@@ -224,12 +224,10 @@ class Stigmergy:
         self, view: LocalView, memory: Memory, box: int, at: int, beside: bool, pushable: int
     ) -> int:
         """Writes the holes of Algorithm 6 into `_holes`, ascending; returns how many there are."""
-        holes, marked, count = self._holes, self._marked, 0
-        centre = at if self._from_box else view.node
-        for hole in view.holes():
-            if view.hole_near(hole, centre):
-                holes[count], marked[hole] = hole, 1
-                count += 1
+        holes, marked = self._holes, self._marked
+        count = view.holes_into(holes, at if self._from_box else view.node)
+        for i in range(count):
+            marked[holes[i]] = 1
         trail = view.fields["H"]
         for i in range(pushable):
             count = trail.gather(self._pushes[i], holes, count, marked)

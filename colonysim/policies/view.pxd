@@ -50,6 +50,8 @@ cdef class LocalView:
     @cython.locals(level=double, world=World)
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
+    @cython.locals(sight=Sight, count=int, k=int, hole=int)
+    cpdef int holes_into(self, int[::1] found, int centre) except -1
     cpdef int hole_node(self, int hole) except? -1
     @cython.locals(world=World)
     cpdef bint sees_hole(self, int hole) except -1

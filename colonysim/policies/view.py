@@ -290,6 +290,17 @@ class LocalView:
         """The keys of the holes within R, ascending."""
         return self._world.holes_near(self.node)
 
+    def holes_into(self, found: array[int], centre: int) -> int:
+        """Writes those of `holes` into `found` that lie within R of a visible node too; returns how many there are."""
+        self._look_at(centre)
+        sight, count = self._world.sight(), 0
+        for k in range(sight.holes_first[self.node], sight.holes_first[self.node + 1]):
+            hole = sight.hole_keys[k]
+            if centre == self.node or sight.within_radius(centre, self._world._hole_nodes[hole]):
+                found[count] = hole
+                count += 1
+        return count
+
     def hole_node(self, hole: int) -> int:
         """Where a visible hole is."""
         self._hole(hole)

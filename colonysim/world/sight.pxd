@@ -13,7 +13,7 @@ cdef class Sight:
     cdef double reach, slack, limit
     cdef double[::1] x, y, lengths, rises, surface, box_base, far, heap_far
     cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
-    cdef int[::1] kept_at, kept_count, kept
+    cdef int[::1] kept_at, kept_count, kept, holes_first, hole_keys, queue
     cdef int[::1] cell, members_first, members, beside_first, beside
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
@@ -43,8 +43,10 @@ cdef class Sight:
     @cython.locals(k=int, found=list)
     cpdef list boxes(self, int node)
 
-    @cython.locals(k=int, found=list)
+    @cython.locals(first=int, last=int, k=int)
     cpdef tuple holes(self, int node)
+    @cython.locals(filled="int[::1]", k=int, node=int, key=int, i=int)
+    cpdef fill_holes(self, holes)
     @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
     cpdef tuple around(self, int node)
 
@@ -54,7 +56,7 @@ cdef class Sight:
     cdef bint follows(self, double level, int way) noexcept
 
     @cython.locals(
-        search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double,
+        search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double, queue="int[::1]", room=int, head=int, tail=int,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, way=int, j=int, through=double, step=int,
     )
     cpdef int nearest_box(self, int agent, int node, double level, shunned, int barred) except? -2

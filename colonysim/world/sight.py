@@ -12,9 +12,9 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
-    from colonysim.world.scenario import Scenario
+    from colonysim.world.scenario import Hole, Scenario
     from colonysim.world.state import World
 
 __all__ = ["SAME_HEIGHT", "Sight"]
@@ -52,12 +52,14 @@ class Sight:
         # What was near each node looked from, one after the other from `kept_at`, as long as there is room.
         self.kept_at, self.kept_count, self.kept = array("i", [-1]) * size, array("i", [0]) * size, array("i", bytes(4 * FEW))
         self.kept_used = 0
+        self.fill_holes(scenario.holes)
         # The search: for each node how far it is, and by which node one comes there (or which step was the first).
         self.search = self.waiting = 0
         self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
         self.reached, self.done, self.wanted = (array("q", bytes(8 * size)) for _ in range(3))
         room = min(most * max(map(len, topology.neighbours), default=0), len(self.ends)) + 1
         self.heap_far, self.heap_node = array("d", bytes(8 * room)), array("i", bytes(4 * room))
+        self.queue = array("i", bytes(4 * (most + 1)))
         self.left, self.right = array("i", bytes(4 * most)), array("i", bytes(4 * most))
 
     def fill_cells(self, side: float) -> int:
@@ -179,10 +181,22 @@ class Sight:
 
     def holes(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the radius of `node`, ascending."""
-        self.turn(node)
-        found = [self.hole_at[self.near[k]] for k in range(self.within) if self.hole_at[self.near[k]] >= 0]
-        found.sort()
-        return tuple(found)
+        first, last = self.holes_first[node], self.holes_first[node + 1]
+        return tuple([self.hole_keys[k] for k in range(first, last)])
+
+    def fill_holes(self, holes: Sequence[Hole]) -> None:
+        """Notes for every node the holes near it."""
+        filled = array("i", bytes(4 * self.size + 4))
+        for hole in holes:
+            for k in range(self.gather(hole.node)):
+                filled[self.near[k] + 1] += 1
+        filled = array("i", accumulate(filled))
+        self.holes_first, self.hole_keys = array("i", filled), array("i", bytes(4 * filled[self.size]))
+        for key, hole in enumerate(holes):
+            for k in range(self.gather(hole.node)):
+                node = self.near[k]
+                self.hole_keys[filled[node]] = key
+                filled[node] += 1
 
     def around(self, node: int) -> tuple[int, ...]:
         """In order, the neighbours of `node`, theirs that are in sight, and the nodes of boxes and holes near."""
@@ -248,8 +262,8 @@ class Sight:
             The box, or -1. The first node on the way to it is then in `step`: its own if it is adjacent or underfoot.
         """
         self.turn(node)
-        search = self.start(node)
-        top, wanted, some = self.top, self.wanted, False
+        self.search += 1
+        search, top, wanted, some = self.search, self.top, self.wanted, False
         for k in range(self.within):
             at = self.near[k]
             box = top[at]
@@ -268,41 +282,48 @@ class Sight:
             self.step = node
             return top[node]
         best, best_node, best_first = 0.0, -1, -1
-        while self.waiting:
-            far, i = self.heap_far[0], self.heap_node[0]
-            self.pop()
-            if self.done[i] == search:
+        # First come, first served, and again whenever a better way has come up: with the few nodes in sight, mostly
+        # at equal distances, that is faster than a heap.
+        queue, room = self.queue, len(self.queue)
+        queue[0], head, tail = node, 0, 1
+        self.far[node], self.via[node], self.reached[node] = 0.0, -1, search
+        while head != tail:
+            i = queue[head]
+            head = head + 1 if head + 1 < room else 0
+            self.done[i] = 0
+            far, first = self.far[i], self.via[i]
+            if best_node >= 0 and far > best:
                 continue
-            first = self.via[i]
-            if best_node >= 0 and (
-                far > best or (far == best and (i > best_node or (i == best_node and first > best_first)))
-            ):
-                break
-            self.done[i] = search
             here = level if i == node else self.surface[i]
             for way in range(self.first[i], self.first[i + 1]):
                 j = self.ends[way]
                 if self.seen[j] != self.look:
                     continue
                 through, step = far + self.lengths[way], j if i == node else first
+                if best_node >= 0 and through > best:
+                    continue
                 if (
                     wanted[j] == search
                     and -reach < self.box_base[top[j]] - here - self.rises[way] < reach
                     and (
                         best_node < 0
                         or through < best
-                        or (through == best and (j < best_node or (j == best_node and step < best_first)))
+                        or j < best_node
+                        or (j == best_node and step < best_first)
                     )
                 ):
                     best, best_node, best_first = through, j, step
-                if j == barred or self.done[j] == search or not self.follows(here, way):
+                if j == barred or not self.follows(here, way):
                     continue
-                if best_node >= 0 and through > best:
-                    continue
-                if self.reached[j] != search or through < self.far[j]:
-                    self.offer(through, j, step)
-                elif through == self.far[j] and step < self.via[j]:
-                    self.via[j] = step
+                if (
+                    self.reached[j] != search
+                    or through < self.far[j]
+                    or (through == self.far[j] and step < self.via[j])
+                ):
+                    self.far[j], self.via[j], self.reached[j] = through, step, search
+                    if self.done[j] != search:
+                        self.done[j], queue[tail] = search, j
+                        tail = tail + 1 if tail + 1 < room else 0
         self.step = best_first
         return -1 if best_node < 0 else top[best_node]
 

@@ -8,7 +8,6 @@ cdef class World:
     cdef public object box_node, box_base, box_height, agent_node, agent_from, agent_box
     cdef public list box_claim, box_stray, agent_status, reserved
     cdef public dict stacks, clear_requests, edge_holder
-    cdef list _holes_near
     cdef double _reach
     cdef object _rises, _no_push
     cdef double[::1] _heights, _box_bases, _box_heights, _floors, _rims, _lengths, _slopes

@@ -68,7 +68,7 @@ class World:
 
     __slots__ = (
         "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
-        "_heights", "_holders", "_hole_nodes", "_holes_near", "_lengths", "_no_push", "_occupants", "_reach", "_rims",
+        "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_rims",
         "_rises", "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
         "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
@@ -88,7 +88,6 @@ class World:
         self._first, self._ends, self._lengths, self._slopes = scenario.topology.edges
         self._floors = array("d", scenario.topology.z)
         self._reach, self._rises, self._no_push = scenario.reach, scenario.topology.rises, scenario.no_push
-        self._holes_near: list[tuple[int, ...] | None] = [None] * (size if scenario.holes else 0)
         self._sight: Sight | None = None
         self.reset()
 
@@ -252,10 +251,7 @@ class World:
         """The keys of the holes within the detection radius of `node`, ascending."""
         if not self.scenario.holes:
             return ()
-        near = self._holes_near[node]
-        if near is None:
-            near = self._holes_near[node] = self.sight().holes(node)
-        return near
+        return self.sight().holes(node)
 
     def seated(self) -> int:
         """How many boxes lie in a hole."""
