@@ -52,6 +52,7 @@ HOT = (
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
     "colonysim/trace/writer.py",
+    "colonysim/world/near.py",
     "colonysim/world/sight.py",
     "colonysim/world/state.py",
 )

@@ -5,10 +5,10 @@ from colonysim.pheromones.marks cimport Marks
 cdef double UNKNOWN
 
 @cython.locals(
-    first="int[::1]", ends="int[::1]", lengths="double[::1]", far="double[::1]", goal=int, queue=list, d=double, i=int, way=int, j=int,
+    first="int[::1]", ends="int[::1]", lengths="double[::1]", far="double[::1]", queue=list, d=double, i=int, way=int, j=int,
     through=double, greatest=double,
 )
-cpdef double extent(world) except? -1
+cpdef double _farthest(topology, int goal) except? -1
 
 
 cdef class Distance(Marks):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Literal
+from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
 from colonysim.pheromones.marks import Marks
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
     from colonysim.pheromones.field import Visit
     from colonysim.world.state import World
+    from colonysim.world.topology import Topology
 
 __all__ = ["Distance", "extent"]
 
@@ -21,14 +23,24 @@ __all__ = ["Distance", "extent"]
 UNKNOWN = float("inf")
 
 
+_STRAIGHT: WeakKeyDictionary[Topology, dict[int, array[float]]] = WeakKeyDictionary()
+_EXTENTS: WeakKeyDictionary[Topology, dict[int, float]] = WeakKeyDictionary()
+
+
 def extent(world: World) -> float:
     """The path distance from the goal to the node farthest from it along edges, whatever their heights, graph units.
 
     With Euclidean distances instead, D would be clipped at 0 on every node whose way to the goal is a long detour.
     """
-    first, ends, lengths, _ = world.topology.edges
-    goal = world.scenario.goal
-    far, queue = array("d", [UNKNOWN]) * len(world.topology), [(0.0, goal)]
+    known, goal = _EXTENTS.setdefault(world.topology, {}), world.scenario.goal
+    if goal not in known:
+        known[goal] = _farthest(world.topology, goal)
+    return known[goal]
+
+
+def _farthest(topology: Topology, goal: int) -> float:
+    first, ends, lengths, _ = topology.edges
+    far, queue = array("d", [UNKNOWN]) * len(topology), [(0.0, goal)]
     far[goal] = greatest = 0.0
     while queue:
         d, i = heappop(queue)
@@ -41,6 +53,14 @@ def extent(world: World) -> float:
                 far[j] = through
                 heappush(queue, (through, j))
     return greatest
+
+
+def straight(topology: Topology, goal: int) -> array[float]:
+    """The Euclidean distance of each node to the goal; not to be changed."""
+    known = _STRAIGHT.setdefault(topology, {})
+    if goal not in known:
+        known[goal] = array("d", [topology.distance(i, goal) for i in range(len(topology))])
+    return known[goal]
 
 
 class Distance(Marks):
@@ -84,9 +104,9 @@ class Distance(Marks):
         self._at_start = at_start
         self.blank = unvisited == "zero"
         self.d_max = d_max
-        goal, topology = world.scenario.goal, world.topology
-        self._goal = goal
-        self.straight = array("d", [topology.distance(i, goal) for i in range(len(topology))])
+        topology = world.topology
+        self._goal = world.scenario.goal
+        self.straight = straight(topology, self._goal)
         self.d = self.straight[:]
         self.official = bytearray(len(topology))
         self.visited = bytearray(len(topology))

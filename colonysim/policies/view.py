@@ -272,7 +272,7 @@ class LocalView:
         """The topmost box on a neighbour that lies within R, or -1."""
         world = self._world
         box = world._tops[neighbour] if world.adjacent(self.node, neighbour) else -1
-        return box if box >= 0 and world.sight().within_radius(self.node, neighbour) else -1
+        return box if box >= 0 and world.sight().surroundings.both(self.node, neighbour) else -1
 
     def beside_box(self, node: int) -> bool:
         """Whether a node is next to a box that stands next to the agent."""
@@ -296,7 +296,7 @@ class LocalView:
         sight, count = self._world.sight(), 0
         for k in range(sight.holes_first[self.node], sight.holes_first[self.node + 1]):
             hole = sight.hole_keys[k]
-            if centre == self.node or sight.within_radius(centre, self._world._hole_nodes[hole]):
+            if centre == self.node or sight.surroundings.both(centre, self._world._hole_nodes[hole]):
                 found[count] = hole
                 count += 1
         return count
@@ -309,13 +309,13 @@ class LocalView:
     def sees_hole(self, hole: int) -> bool:
         """Whether a hole lies within R."""
         world = self._world
-        return 0 <= hole < len(world._hole_nodes) and world.sight().within_radius(self.node, world._hole_nodes[hole])
+        return 0 <= hole < len(world._hole_nodes) and world.sight().surroundings.both(self.node, world._hole_nodes[hole])
 
     def hole_near(self, hole: int, node: int) -> bool:
         """Whether a visible hole lies within R of a visible node."""
         self._hole(hole)
         self._look_at(node)
-        return self._world.sight().within_radius(node, self._world._hole_nodes[hole])
+        return self._world.sight().surroundings.both(node, self._world._hole_nodes[hole])
 
     def headroom(self, hole: int) -> float:
         """How far the surface in a visible hole lies below its rim, graph units; negative for a hill."""

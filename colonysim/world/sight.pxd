@@ -1,51 +1,34 @@
 # The types of sight.py when it is compiled.
 cimport cython
-
-
-cdef int FEW, ROOM
+from colonysim.world.near cimport Near
 
 
 @cython.final
 cdef class Sight:
-    cdef int size, centre, within, waiting, kept_used
+    cdef int size, centre, at, within, waiting
+    cdef Near surroundings
     cdef readonly int step
     cdef long long look, search
-    cdef double reach, slack, limit
-    cdef double[::1] x, y, lengths, rises, surface, box_base, far, heap_far
-    cdef int[::1] first, ends, near, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
-    cdef int[::1] kept_at, kept_count, kept, holes_first, hole_keys, queue
-    cdef int[::1] cell, members_first, members, beside_first, beside
+    cdef double reach, slack
+    cdef double[::1] lengths, rises, surface, box_base, far, heap_far
+    cdef int[::1] first, ends, near, scratch, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
+    cdef int[::1] holes_first, hole_keys, queue
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
     cdef list box_claim
     cdef dict stacks
 
-    @cython.locals(node=int, cell=int, cells=dict, sizes="int[::1]", filled="int[::1]", column="long long", row="long long", i="long long", j="long long", near=int, most=int)
-    cpdef int fill_cells(self, double side) except -1
-
-    @cython.locals(
-        look="long long", near="int[::1]", seen="long long[::1]", start=int, count=int, k=int, way=int,
-    )
+    @cython.locals(look="long long", near="int[::1]", seen="long long[::1]", k=int, way=int)
     cdef void turn(self, int node)
-    @cython.locals(
-        x=double, y=double, dx=double, dy=double, limit=double, count=int, near="int[::1]", cell=int, k=int, other=int, m=int, j=int,
-    )
-    cdef int gather(self, int node)
-    @cython.locals(used=int, k=int)
-    cdef keep(self, int node, int count)
     cpdef bint sees(self, int node, int other)
-    @cython.locals(dx=double, dy=double)
-    cpdef bint within_radius(self, int i, int j)
-    @cython.locals(
-        x=double, y=double, dx=double, dy=double, limit=double, cell=int, k=int, other=int, m=int, j=int,
-    )
+    @cython.locals(k=int)
     cpdef bint sees_box(self, int node)
     @cython.locals(k=int, found=list)
     cpdef list boxes(self, int node)
 
     @cython.locals(first=int, last=int, k=int)
     cpdef tuple holes(self, int node)
-    @cython.locals(filled="int[::1]", k=int, node=int, key=int, i=int)
+    @cython.locals(filled="int[::1]", found="int[::1]", k=int, node=int, key=int, i=int)
     cpdef fill_holes(self, holes)
     @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
     cpdef tuple around(self, int node)

@@ -11,6 +11,8 @@ from array import array
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
+from colonysim.world.near import near
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
@@ -21,15 +23,10 @@ __all__ = ["SAME_HEIGHT", "Sight"]
 
 SAME_HEIGHT = 1e-6
 """Heights are sums of the scenario's numbers: below this they are equal."""
-FEW = 1024
-ROOM = 1 << 24
-"""How many nodes are remembered as near others, at first and at most: 64 MB."""
 
 
 class Sight:
     """The nodes and boxes within the detection radius of one node at a time, and searches among them.
-
-    Nodes lie in square cells with the radius as their side: what is near is in a node's own cell or one beside it.
 
     Args:
         scenario: Its place, radius and rules.
@@ -37,21 +34,19 @@ class Sight:
 
     def __init__(self, scenario: Scenario) -> None:
         topology = scenario.topology
-        size, radius = len(topology), scenario.detection_radius
-        self.size, self.reach, self.slack, self.limit = size, scenario.reach, SAME_HEIGHT, radius * radius
-        self.x, self.y = array("d", topology.x), array("d", topology.y)
+        size, self.surroundings = len(topology), near(topology, scenario.detection_radius)
+        self.size, self.reach, self.slack = size, scenario.reach, SAME_HEIGHT
         self.first, self.ends, self.lengths, self.rises = topology.edges
         self.forbidden = bytearray(len(self.ends))
         for i, j in scenario.no_push:
             if j in topology.neighbours[i]:
                 self.forbidden[self.first[i] + topology.neighbours[i].index(j)] = 1
-        most = self.fill_cells(max(radius, 1e-6)) + max(map(len, topology.neighbours), default=0)
-        # Where we look from, and what is seen from there: first the nodes within the radius, then other neighbours.
-        self.centre, self.look, self.within = -1, 0, 0
-        self.near, self.seen, self.step = array("i", bytes(4 * most)), array("q", bytes(8 * size)), -1
-        # What was near each node looked from, one after the other from `kept_at`, as long as there is room.
-        self.kept_at, self.kept_count, self.kept = array("i", [-1]) * size, array("i", [0]) * size, array("i", bytes(4 * FEW))
-        self.kept_used = 0
+        most = self.surroundings.most + max(map(len, topology.neighbours), default=0)
+        # Where we look from, and what is seen from there: first the nodes within the radius, those in `near` from `at`
+        # on, then other neighbours.
+        self.centre, self.look, self.at, self.within, self.step = -1, 0, 0, 0, -1
+        self.scratch, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
+        self.near = self.surroundings.nodes if self.surroundings.kept else self.scratch
         self.fill_holes(scenario.holes)
         # The search: for each node how far it is, and by which node one comes there (or which step was the first).
         self.search = self.waiting = 0
@@ -61,35 +56,6 @@ class Sight:
         self.heap_far, self.heap_node = array("d", bytes(8 * room)), array("i", bytes(4 * room))
         self.queue = array("i", bytes(4 * (most + 1)))
         self.left, self.right = array("i", bytes(4 * most)), array("i", bytes(4 * most))
-
-    def fill_cells(self, side: float) -> int:
-        """Puts the nodes into cells; returns the most nodes of a cell and those around it."""
-        cells: dict[tuple[int, int], int] = {}
-        self.cell, sizes = array("i", bytes(4 * self.size)), array("i", bytes(4 * self.size + 4))
-        for node in range(self.size):
-            place = (int(self.x[node] // side), int(self.y[node] // side))
-            cell = self.cell[node] = cells.setdefault(place, len(cells))
-            sizes[cell + 1] += 1
-        # The nodes cell by cell, and which cells lie beside each.
-        filled = array("i", accumulate(sizes[: len(cells) + 1]))
-        self.members_first, self.members = array("i", filled), array("i", bytes(4 * self.size))
-        for node in range(self.size):
-            cell = self.cell[node]
-            self.members[filled[cell]] = node
-            filled[cell] += 1
-        beside, ends, most = array("i"), [0], 0
-        for column, row in cells:
-            near = 0
-            for i in range(column - 1, column + 2):
-                for j in range(row - 1, row + 2):
-                    cell = cells.get((i, j), -1)
-                    if cell >= 0:
-                        beside.append(cell)
-                        near += sizes[cell + 1]
-            ends.append(len(beside))
-            most = max(most, near)
-        self.beside_first, self.beside = array("i", ends), beside
-        return most
 
     def bind(self, world: World) -> None:
         """Reads a world's arrays from now on."""
@@ -107,73 +73,34 @@ class Sight:
         self.centre = node
         self.look += 1
         near, seen, look = self.near, self.seen, self.look
-        start, count = self.kept_at[node], self.kept_count[node]
-        if start < 0:
-            count = self.gather(node)
-            self.keep(node, count)
-            for k in range(count):
-                seen[near[k]] = look
+        if self.surroundings.kept:
+            self.at = self.surroundings.first[node]
+            self.within = self.surroundings.first[node + 1] - self.at
         else:
-            for k in range(count):
-                near[k] = self.kept[start + k]
-                seen[near[k]] = look
-        self.within = count
+            self.within = self.surroundings.gather(node, self.scratch)
+        for k in range(self.at, self.at + self.within):
+            seen[near[k]] = look
         for way in range(self.first[node], self.first[node + 1]):
             seen[self.ends[way]] = look
-
-    def gather(self, node: int) -> int:
-        """Writes the nodes within the radius of a node into `near`; returns how many there are."""
-        x, y, limit, near, cell, count = self.x[node], self.y[node], self.limit, self.near, self.cell[node], 0
-        for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
-            other = self.beside[k]
-            for m in range(self.members_first[other], self.members_first[other + 1]):
-                j = self.members[m]
-                dx, dy = self.x[j] - x, self.y[j] - y
-                if dx * dx + dy * dy <= limit:
-                    near[count] = j
-                    count += 1
-        return count
-
-    def keep(self, node: int, count: int) -> None:
-        """Remembers what has been gathered, while there is room."""
-        used = self.kept_used
-        if used + count > ROOM:
-            return
-        if used + count > len(self.kept):
-            # Not in place: compiled code looks at the old array.
-            self.kept = array("i", bytes(self.kept) + bytes(4 * max(count, len(self.kept))))
-        for k in range(count):
-            self.kept[used + k] = self.near[k]
-        self.kept_at[node], self.kept_count[node], self.kept_used = used, count, used + count
 
     def sees(self, node: int, other: int) -> bool:
         """Whether a node lies within the radius of `node` or next to it."""
         self.turn(node)
         return 0 <= other < self.size and self.seen[other] == self.look
 
-    def within_radius(self, i: int, j: int) -> bool:
-        """Whether two nodes lie within the radius of each other."""
-        dx, dy = self.x[i] - self.x[j], self.y[i] - self.y[j]
-        return dx * dx + dy * dy <= self.limit
-
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within the radius of `node`."""
-        x, y, limit, cell = self.x[node], self.y[node], self.limit, self.cell[node]
-        for k in range(self.beside_first[cell], self.beside_first[cell + 1]):
-            other = self.beside[k]
-            for m in range(self.members_first[other], self.members_first[other + 1]):
-                j = self.members[m]
-                if self.top[j] >= 0:
-                    dx, dy = self.x[j] - x, self.y[j] - y
-                    if dx * dx + dy * dy <= limit:
-                        return True
+        self.turn(node)
+        for k in range(self.at, self.at + self.within):
+            if self.top[self.near[k]] >= 0:
+                return True
         return False
 
     def boxes(self, node: int) -> list[int]:
         """The boxes within the radius of `node`, ascending."""
         self.turn(node)
         found: list[int] = []
-        for k in range(self.within):
+        for k in range(self.at, self.at + self.within):
             if self.top[self.near[k]] >= 0:
                 found += self.stacks[self.near[k]]
         found.sort()
@@ -186,15 +113,15 @@ class Sight:
 
     def fill_holes(self, holes: Sequence[Hole]) -> None:
         """Notes for every node the holes near it."""
-        filled = array("i", bytes(4 * self.size + 4))
+        filled, found = array("i", bytes(4 * self.size + 4)), self.scratch
         for hole in holes:
-            for k in range(self.gather(hole.node)):
-                filled[self.near[k] + 1] += 1
+            for k in range(self.surroundings.gather(hole.node, found)):
+                filled[found[k] + 1] += 1
         filled = array("i", accumulate(filled))
         self.holes_first, self.hole_keys = array("i", filled), array("i", bytes(4 * filled[self.size]))
         for key, hole in enumerate(holes):
-            for k in range(self.gather(hole.node)):
-                node = self.near[k]
+            for k in range(self.surroundings.gather(hole.node, found)):
+                node = found[k]
                 self.hole_keys[filled[node]] = key
                 filled[node] += 1
 
@@ -213,7 +140,7 @@ class Sight:
                 if self.seen[j] == look and self.reached[j] != self.search:
                     self.reached[j] = self.search
                     found.append(j)
-        for k in range(self.within):
+        for k in range(self.at, self.at + self.within):
             j = self.near[k]
             if (self.top[j] >= 0 or self.hole_at[j] >= 0) and self.reached[j] != self.search:
                 self.reached[j] = self.search
@@ -264,7 +191,7 @@ class Sight:
         self.turn(node)
         self.search += 1
         search, top, wanted, some = self.search, self.top, self.wanted, False
-        for k in range(self.within):
+        for k in range(self.at, self.at + self.within):
             at = self.near[k]
             box = top[at]
             if box >= 0:

@@ -1,0 +1,113 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False
+"""Which nodes lie within a radius of which: worked out once for a place."""
+
+from __future__ import annotations
+
+from array import array
+from itertools import accumulate
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+if TYPE_CHECKING:
+    from colonysim.world.topology import Topology
+
+__all__ = ["Near", "near"]
+
+ROOM = 1 << 24
+"""More neighbourhoods than come to so many nodes, 64 MB, are not kept but gathered when they are asked for."""
+
+_KNOWN: WeakKeyDictionary[Topology, dict[float, Near]] = WeakKeyDictionary()
+
+
+def near(topology: Topology, radius: float) -> Near:
+    """What lies within a radius of the nodes of a place; the same object as long as the place is in use."""
+    known = _KNOWN.setdefault(topology, {})
+    if radius not in known:
+        known[radius] = Near(topology, radius)
+    return known[radius]
+
+
+class Near:
+    """For each node the nodes within a radius, itself among them.
+
+    Nodes lie in square cells with the radius as their side: what is near is in a node's own cell or one beside it.
+
+    Args:
+        topology: The place.
+        radius: The radius, graph units.
+
+    Attributes:
+        x: East coordinate of each node.
+        y: North coordinate of each node.
+        limit: The radius squared.
+        most: At least as many as there are within the radius of any node.
+        kept: Whether `first` and `nodes` tell; otherwise `gather` does.
+        first: Where the nodes near each node begin in `nodes`, and where those of the last one end.
+        nodes: The nodes near node 0, those near node 1, and so on.
+    """
+
+    def __init__(self, topology: Topology, radius: float) -> None:
+        size = len(topology)
+        self.x, self.y, self.limit = array("d", topology.x), array("d", topology.y), radius * radius
+        self.most = self._fill_cells(size, max(radius, 1e-6))
+        self.first, self.nodes, self.kept = array("i", bytes(4 * size + 4)), array("i"), True
+        self._gather_all(size)
+
+    def _fill_cells(self, size: int, side: float) -> int:
+        """Puts the nodes into cells; returns the most nodes of a cell and those around it."""
+        cells: dict[tuple[int, int], int] = {}
+        self._cell, sizes = array("i", bytes(4 * size)), array("i", bytes(4 * size + 4))
+        for node in range(size):
+            place = (int(self.x[node] // side), int(self.y[node] // side))
+            cell = self._cell[node] = cells.setdefault(place, len(cells))
+            sizes[cell + 1] += 1
+        # The nodes cell by cell, and which cells lie beside each.
+        filled = array("i", accumulate(sizes[: len(cells) + 1]))
+        self._members_first, self._members = array("i", filled), array("i", bytes(4 * size))
+        for node in range(size):
+            cell = self._cell[node]
+            self._members[filled[cell]] = node
+            filled[cell] += 1
+        beside, ends, most = array("i"), [0], 0
+        for column, row in cells:
+            count = 0
+            for i in range(column - 1, column + 2):
+                for j in range(row - 1, row + 2):
+                    cell = cells.get((i, j), -1)
+                    if cell >= 0:
+                        beside.append(cell)
+                        count += sizes[cell + 1]
+            ends.append(len(beside))
+            most = max(most, count)
+        self._beside_first, self._beside = array("i", ends), beside
+        return most
+
+    def _gather_all(self, size: int) -> None:
+        found, nodes, total = array("i", bytes(4 * self.most)), array("i"), 0
+        for node in range(size):
+            count = self.gather(node, found)
+            total += count
+            if total > ROOM:
+                self.kept, nodes = False, array("i")
+                break
+            nodes.extend(found[:count])
+            self.first[node + 1] = total
+        self.nodes = nodes
+
+    def gather(self, node: int, found: array[int]) -> int:
+        """Writes the nodes within the radius of a node into `found`; returns how many there are."""
+        x, y, limit, cell, count = self.x[node], self.y[node], self.limit, self._cell[node], 0
+        for k in range(self._beside_first[cell], self._beside_first[cell + 1]):
+            other = self._beside[k]
+            for m in range(self._members_first[other], self._members_first[other + 1]):
+                j = self._members[m]
+                dx, dy = self.x[j] - x, self.y[j] - y
+                if dx * dx + dy * dy <= limit:
+                    found[count] = j
+                    count += 1
+        return count
+
+    def both(self, i: int, j: int) -> bool:
+        """Whether two nodes lie within the radius of each other."""
+        dx, dy = self.x[i] - self.x[j], self.y[i] - self.y[j]
+        return dx * dx + dy * dy <= self.limit
