@@ -19,6 +19,7 @@ HOT = (
     "colonysim/backends/bullet.py",
     "colonysim/backends/nodeworld.py",
     "colonysim/backends/traffic.py",
+    "colonysim/draws.py",
     "colonysim/exact.py",
     "colonysim/pheromones/box.py",
     "colonysim/pheromones/distance.py",

@@ -6,6 +6,8 @@ import hashlib
 import random
 from dataclasses import dataclass
 
+from colonysim.draws import Draws
+
 __all__ = ["Streams"]
 
 
@@ -40,3 +42,7 @@ class Streams:
         `random.Random` (Mersenne Twister) gives the same numbers on every machine and version.
         """
         return random.Random(self.derive(name))
+
+    def draws(self, name: str, count: int) -> Draws:
+        """Fresh streams called `name` for each of `count`, of uniform numbers only; one more changes no other."""
+        return Draws(self.derive(name), count)

@@ -9,9 +9,10 @@ from colonysim.backends.protocol import Done
 from colonysim.world.intents import BoxPlace, Outcome, Travel, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from colonysim.backends.protocol import Finished, TraceRow
+    from colonysim.draws import Draws
     from colonysim.randomness import Streams
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
@@ -64,7 +65,7 @@ class NodeWorld:
 
     Attributes:
         edge_seconds: Simulated seconds of a travelled edge of mean length.
-        jitters: For each agent the stream its durations vary with; empty if they do not.
+        jitters: What each agent's durations vary with; None if they do not.
     """
 
     name = "nodeworld"
@@ -72,7 +73,7 @@ class NodeWorld:
 
     def __init__(self) -> None:
         self.edge_seconds = 1.0
-        self.jitters: list[Callable[[], float]] = []
+        self.jitters: Draws | None = None
         self._world: World | None = None
 
     def reset(self, world: World, streams: Streams) -> None:
@@ -81,8 +82,7 @@ class NodeWorld:
         self._world = world
         self._timing = timing
         # One stream an agent: with one for all, an agent more would change how long the others take.
-        agents = range(len(world.agent_node)) if timing.jitter else ()
-        self.jitters = [streams.generator(f"timing/{agent}").random for agent in agents]
+        self.jitters = streams.draws("timing", len(world.agent_node)) if timing.jitter else None
         self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
 
     def _seconds(self, agent: int, i: int, j: int, pushed: bool) -> float:
@@ -94,8 +94,8 @@ class NodeWorld:
             measured = (
                 timing.push_fixed + timing.push * length if pushed else timing.travel_fixed + timing.travel * length
             )
-        if timing.jitter:
-            return measured * (1.0 + timing.jitter * (2.0 * self.jitters[agent]() - 1.0))
+        if self.jitters is not None:
+            return measured * (1.0 + timing.jitter * (2.0 * self.jitters.draw(agent) - 1.0))
         return measured
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:

@@ -1,7 +1,8 @@
 # The types of stigmergy.py when it is compiled.
+# Memory is imported by others from here: under its own name it would be a type only.
 cimport cython
 from colonysim.policies.choice cimport pick, weigh
-from colonysim.policies.thought cimport Memory, Thought, remembering, thinking
+from colonysim.policies.thought cimport Memory as Kept, Thought, remembering, thinking
 from colonysim.policies.view cimport FieldWindow, LocalView
 
 
@@ -16,9 +17,9 @@ cdef class Stigmergy:
     cdef unsigned char[::1] _marked
 
     @cython.locals(carried=Thought, dropped=int)
-    cpdef Thought think(self, LocalView view, Memory memory, random)
+    cpdef Thought think(self, LocalView view, Kept memory, random)
     @cython.locals(box=int, hole=int, node=int, way=tuple, thought=Thought)
-    cdef Thought _carry(self, LocalView view, Memory memory)
+    cdef Thought _carry(self, LocalView view, Kept memory)
     cdef bint _impatient(self, LocalView view)
     @cython.locals(
         at=int, best=int, best_scent=double, scent=double, trail=FieldWindow, way=tuple, rest=tuple, slides=cython.bint,
@@ -28,15 +29,15 @@ cdef class Stigmergy:
     cdef tuple _likely_way(self, LocalView view, int box, int hole, tuple way, tuple planned=*)
     cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
     @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int)
-    cdef Thought _choose(self, LocalView view, Memory memory, random)
+    cdef Thought _choose(self, LocalView view, Kept memory, random)
     @cython.locals(box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple)
-    cdef Thought _exploit(self, LocalView view, Memory memory, random, int count)
+    cdef Thought _exploit(self, LocalView view, Kept memory, random, int count)
     @cython.locals(
         i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,
         node=int, beside=int,
     )
     cdef Thought _follow_distance(
-        self, LocalView view, Memory memory, random, int count, int box=*, int towards=*, double worth=*, int hole=*,
+        self, LocalView view, Kept memory, random, int count, int box=*, int towards=*, double worth=*, int hole=*,
         tuple way=*,
     )
     @cython.locals(i=int, j=int, shut=cython.bint)
@@ -46,21 +47,21 @@ cdef class Stigmergy:
         at=int, hole=int, asked=cython.bint, own=cython.bint, beside=cython.bint, pushable=int, way=tuple, planned=tuple,
         found=list, i=int,
     )
-    cpdef list _targets(self, LocalView view, Memory memory, int box, int from_node)
+    cpdef list _targets(self, LocalView view, Kept memory, int box, int from_node)
     cdef list _feasible(self, LocalView view, int box, list found)
     @cython.locals(
         holes="int[::1]", marked="unsigned char[::1]", count=int, hole=int, trail=FieldWindow, i=int, place=int,
     )
-    cdef int _candidates(self, LocalView view, Memory memory, int box, int at, bint beside, int pushable) except -1
+    cdef int _candidates(self, LocalView view, Kept memory, int box, int at, bint beside, int pushable) except -1
     @cython.locals(
         box=int, j=int, i=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
         thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
-    cdef Thought _explore(self, LocalView view, Memory memory, random, int count)
+    cdef Thought _explore(self, LocalView view, Kept memory, random, int count)
     @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
     cdef Thought _weighed(self, Thought thought, int count)
     @cython.locals(some=cython.bint, j=int)
-    cdef dict _boxes_to_pass(self, LocalView view, Memory memory)
+    cdef dict _boxes_to_pass(self, LocalView view, Kept memory)
     @cython.locals(at=int, thought=Thought)
-    cdef Thought _claim(self, LocalView view, Memory memory, int box, int hole, tuple way)
+    cdef Thought _claim(self, LocalView view, Kept memory, int box, int hole, tuple way)

@@ -4,12 +4,11 @@ cimport cython
 
 @cython.final
 cdef class Memory:
+    # In the order of the file: the compiled class takes its arguments as they stand here.
     cdef public double epsilon
-    cdef public int box, hole, sought, shunned, shunned_at
+    cdef public int box, hole
     cdef public tuple way
-
-    @cython.locals(other=Memory)
-    cdef tuple _parts(self)
+    cdef public int sought, shunned, shunned_at
 
 
 @cython.locals(memory=Memory)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from colonysim.policies.policy import Choice
 from colonysim.world.intents import Push, Travel
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Memory", "Thought", "remembering", "thinking"]
 
 
+@dataclass
 class Memory:
     """What an agent remembers from one decision to the next; not to be changed.
 
@@ -29,35 +31,13 @@ class Memory:
         shunned_at: The node at which it dropped that box.
     """
 
-    __slots__ = ("box", "epsilon", "hole", "shunned", "shunned_at", "sought", "way")
-
-    def __init__(
-        self,
-        epsilon: float,
-        box: int = -1,
-        hole: int = -1,
-        way: Way = (),
-        sought: int = -1,
-        shunned: int = -1,
-        shunned_at: int = -1,
-    ) -> None:
-        self.epsilon, self.box, self.hole, self.way = epsilon, box, hole, way
-        self.sought, self.shunned, self.shunned_at = sought, shunned, shunned_at
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Memory) and self._parts() == other._parts()
-
-    def __hash__(self) -> int:
-        return hash(self._parts())
-
-    def __repr__(self) -> str:
-        return f"Memory{self._parts()}"
-
-    def __reduce__(self) -> tuple[type[Memory], tuple[Any, ...]]:
-        return Memory, self._parts()
-
-    def _parts(self) -> tuple[Any, ...]:
-        return self.epsilon, self.box, self.hole, self.way, self.sought, self.shunned, self.shunned_at
+    epsilon: float
+    box: int = -1
+    hole: int = -1
+    way: Way = ()
+    sought: int = -1
+    shunned: int = -1
+    shunned_at: int = -1
 
 
 def remembering(

@@ -1,5 +1,6 @@
 # The types of strides.py when it is compiled.
 cimport cython
+from colonysim.draws cimport Draws
 from colonysim.pheromones.box cimport BoxWorth
 from colonysim.pheromones.hole cimport HoleTrail
 from colonysim.policies.choice cimport pick, weigh
@@ -22,7 +23,8 @@ cdef class Strides:
     cdef int[::1] box, hole, ends_at, hole_at
     cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
-    cdef list reserved, jitters, memories, views, random, draw
+    cdef Draws jitters
+    cdef list reserved, memories, views, random, draw
     cdef dict clear_requests, handed
     cdef object travels, pushes, visit, withdraw
     cdef BoxWorth worth

@@ -270,8 +270,8 @@ class Strides:
         took = self.push_fixed + self.push_pace * length if pushed else self.fixed + self.pace * length
         if measured:
             took = measured.get((i, j), took)
-        if self.jitter:
-            took *= 1.0 + self.jitter * (2.0 * self.jitters[agent]() - 1.0)
+        if self.jitters is not None:
+            took *= 1.0 + self.jitter * (2.0 * self.jitters.draw(agent) - 1.0)
         return took
 
     def heading(self, agent: int) -> int:

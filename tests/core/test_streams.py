@@ -7,6 +7,7 @@ import random
 from small_worlds import Script, place, play
 
 from colonysim import load_scenario
+from colonysim.draws import Draws
 from colonysim.randomness import Streams
 from colonysim.world.intents import Wait
 from colonysim.world.scenario import Timing
@@ -28,6 +29,17 @@ def test_the_numbers_are_the_same_on_every_machine():
     assert Streams(1).within("episode/2").generator("agent/3").random() == KNOWN_NUMBER
 
 
+def test_draws_are_splitmix64_as_published_and_each_has_its_own():
+    draws = Draws(0, 3)
+    assert [draws.draw(0) for _ in SPLITMIX64_FROM_0] == [(z >> 11) / 2**53 for z in SPLITMIX64_FROM_0]
+    others = [[draws.draw(i) for _ in range(1000)] for i in (1, 2)]
+    assert len({*others[0], *others[1]}) == 2000 and all(0.0 <= x < 1.0 for x in others[0])
+    assert all(abs(sum(numbers) / 1000 - 0.5) < 0.04 for numbers in others)
+    alone = Draws(0, 2)
+    assert [alone.draw(1) for _ in range(1000)] == others[0], "one more changes no other"
+
+
+SPLITMIX64_FROM_0 = (0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4, 0x06C45D188009454F)
 KNOWN_SEED = 12661331789940211428
 KNOWN_NUMBER = 0.9270487606509996
 

@@ -1,0 +1,18 @@
+# The types of draws.py when it is compiled.
+cimport cython
+
+cdef unsigned long long ALL, STEP, FIRST, SECOND
+cdef double UNIT
+
+
+@cython.final
+cdef class Draws:
+    cdef unsigned long long[::1] _states
+
+    @cython.locals(state="unsigned long long")
+    cpdef double draw(self, Py_ssize_t i) except? -1
+
+
+@cython.locals(draws=Draws)
+cpdef Draws _resumed(states)
+cdef unsigned long long _mixed(unsigned long long z)
