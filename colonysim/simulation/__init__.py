@@ -76,20 +76,20 @@ def simulate(
     if hasattr(body, "recording"):
         body.recording = sink is not None
     streams = Streams(seed)
+    memories: list[Any] = [None] * len(scenario.agents)
+    views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
+    episode = Episode(world, fields, body, chosen, views, Rows(scenario, sink, decisions, kinds))
     try:
-        memories: list[Any] = [None] * len(scenario.agents)
-        views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
         for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
-            world.reset()
-            body.reset(world, streams.within(f"episode/{number}"))
-            memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
             own = streams.within(f"episode/{number}")
-            rows = Rows(number, scenario, sink, decisions, kinds)
-            episode = Episode(number, world, fields, body, chosen, memories, views, own, rows)
-            yield from episode.run(synchronous=mode == "synchronous")
+            world.reset()
+            body.reset(world, own)
+            memories = [chosen.begin(agent, memory) for agent, memory in enumerate(memories)]
+            yield from episode.run(number, memories, own, synchronous=mode == "synchronous")
             for field in fields.values():
                 field.end_episode()
     finally:
+        episode.close()
         body.close()
 
 

@@ -23,7 +23,8 @@ cdef class Episode:
     cdef double[::1] since
     cdef public set finished
     cdef public double now, due, last_outcome, stall, limit
-    cdef public bint stuck
+    cdef public bint stuck, asked_for_strides
+    cdef public int goal, max_steps
 
     @cython.locals(
         queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,

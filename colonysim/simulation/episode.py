@@ -67,65 +67,86 @@ def _raise_as_it_was(process: Any) -> None:
 
 
 class Episode:
-    """One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
+    """One episode after another: the SimPy environment, the agents' processes and the bookkeeping around them.
+
+    Args:
+        world: The world, put back to its start before each episode.
+        fields: The pheromones.
+        backend: What moves the agents.
+        policy: What decides for them.
+        views: What each agent sees.
+        rows: The trace.
+    """
 
     def __init__(
         self,
-        number: int,
         world: World,
         fields: Mapping[str, Field],
         backend: Backend,
         policy: Policy,
-        memories: list[Any],
         views: list[LocalView],
-        streams: Streams,
         rows: Rows,
     ) -> None:
-        self.number = number
-        self.world = world
-        self.fields = fields
-        self.backend = backend
-        self.policy = policy
-        self.memories = memories
-        self.views = views
-        self.rows = rows
-        self.env = _Environment()
-        self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
-        self.now = 0.0
-        self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
-        self.steps = array("i", [0]) * len(views)
-        self.finished: set[int] = set()
-        self.last_outcome = 0.0
-        self.stuck = False
-        self.stall = world.scenario.stall_seconds
-        self.limit = inf if world.scenario.time_limit is None else world.scenario.time_limit
-        self.waiting = Waiting(len(views), len(world.topology), self._rouse)
-        self.since = array("d", [0.0]) * len(views)
-        self.asks: dict[int, int] = {}
-        self.clock = Clock(self.env, backend, self._latest)
+        self.world, self.fields, self.backend, self.policy = world, fields, backend, policy
+        self.views, self.rows = views, rows
+        scenario = world.scenario
+        self.goal, self.max_steps, self.stall = scenario.goal, scenario.max_steps, scenario.stall_seconds
+        self.limit = inf if scenario.time_limit is None else scenario.time_limit
+        self.steps, self.since = array("i", [0]) * len(views), array("d", [0.0]) * len(views)
         self.visit = Visit()
-        self.resting: dict[int, simpy.Event] = {}
         self.strides: Strides | None = None
+        self.asked_for_strides = False
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
-    def run(self, synchronous: bool) -> Iterator[Event]:
-        """Runs to the episode's end; yields events as they come out."""
-        world, env, rows = self.world, self.env, self.rows
-        began = time.perf_counter()
-        for view in self.views:
+    def _prepare(self, number: int, memories: list[Any], streams: Streams, synchronous: bool) -> None:
+        world, views = self.world, self.views
+        self.number, self.memories = number, memories
+        self.env = _Environment()
+        self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
+        self.clock = Clock(self.env, self.backend, self._latest)
+        self.waiting = Waiting(len(views), len(world.topology), self._rouse)
+        self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
+        self.steps[:] = array("i", [0]) * len(views)
+        self.now = self.due = self.last_outcome = 0.0
+        self.stuck = False
+        self.finished: set[int] = set()
+        self.asks: dict[int, int] = {}
+        self.resting: dict[int, simpy.Event] = {}
+        for view in views:
             view.edge_seconds = self.backend.edge_seconds
             view.waited, view.refused, view.failures = 0.0, None, 0
+        if not synchronous and not self.asked_for_strides:
+            self.asked_for_strides = True
+            self.strides = strides_of(
+                world, self.fields, self.backend, self.policy, views, self.steps, self.rows, self._withdraw_request
+            )
+        if self.strides is not None:
+            self.strides.prepare(memories, self.random)
+
+    def close(self) -> None:
+        """Lets go of what calls back: without this all would stay until the garbage collector comes by."""
+        self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
+
+    def run(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> Iterator[Event]:
+        """Runs to the episode's end; yields events as they come out.
+
+        Args:
+            number: The episode's number.
+            memories: What each agent remembers.
+            streams: The episode's random streams.
+            synchronous: Whether all agents decide on the same state, and then all move.
+        """
+        world, rows = self.world, self.rows
+        began = time.perf_counter()
+        rows.begin(number)
+        self._prepare(number, memories, streams, synchronous)
         for agent, node in enumerate(world.agent_node):
             rows.event("start", agent, node=node)
             self._deposit("start", agent)
         if synchronous:
             self._begin(self._ticks())
         else:
-            self.strides = strides_of(
-                world, self.fields, self.backend, self.policy, self.memories, self.views, self.random, self.steps, rows,
-                self._withdraw_request,
-            )  # fmt: skip
             for agent in range(len(self.views)):
                 if self.strides is None:
                     self._begin(self._agent(agent))
@@ -147,8 +168,6 @@ class Episode:
         self.clock.cancel()
         self.rows.foreign(self.backend.rows())
         yield from self._close(ended, now, time.perf_counter() - began)
-        # They call back: without this the episode and its arrays would stay until the garbage collector comes by.
-        self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
 
     def _go_on(self) -> bool:
         """Lets happen what is due until there are events to hand out; returns False once the episode is over."""
@@ -378,7 +397,7 @@ class Episode:
             self.finished.add(agent)
             self.rows.event("lost", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
-        if world.agent_node[agent] == world.scenario.goal:
+        if world._agent_nodes[agent] == self.goal:
             freed = world.release(agent)
             node = world.leave(agent)
             self.backend.leave(agent)
@@ -386,7 +405,7 @@ class Episode:
             self.rows.event("goal", agent, node=node, step=self.steps[agent])
             self.waiting.wake({node, *freed})
             return True
-        if self.steps[agent] >= world.scenario.max_steps:
+        if self.steps[agent] >= self.max_steps:
             world.spend(agent)
             self.finished.add(agent)
             self.rows.event("spent", agent, node=world.agent_node[agent], step=self.steps[agent])

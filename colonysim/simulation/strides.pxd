@@ -2,6 +2,7 @@
 cimport cython
 from colonysim.draws cimport Draws
 from colonysim.pheromones.box cimport BoxWorth
+from colonysim.pheromones.exploration cimport Exploration
 from colonysim.pheromones.hole cimport HoleTrail
 from colonysim.policies.choice cimport pick, weigh
 from colonysim.policies.stigmergy cimport Stigmergy
@@ -18,7 +19,7 @@ cdef double UNKNOWN
 cdef class Strides:
     cdef int goal, max_steps
     cdef double reach, d_max, scale, shift, beta, fixed, pace, push_fixed, push_pace, jitter
-    cdef bint lrta, blank, marks_waits, plain
+    cdef bint lrta, blank, marks_waits, marks_starts, plain
     cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, steps, target, ways, options
     cdef int[::1] box, hole, ends_at, hole_at
     cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
@@ -27,12 +28,17 @@ cdef class Strides:
     cdef list reserved, memories, views, random, draw
     cdef dict clear_requests, handed
     cdef object travels, pushes, visit, withdraw
+    cdef object backend
     cdef BoxWorth worth
+    cdef Exploration exploration
     cdef World world
     cdef Stigmergy policy
     cdef HoleTrail trail
     cdef Rows rows
     cdef Sight sight
+
+    @cython.locals(agent=int, memory=Memory)
+    cpdef prepare(self, list memories, list random)
 
     @cython.locals(node=int, seconds=double, memory=Memory)
     cpdef double depart(self, int agent, double now) except? -1
@@ -75,7 +81,7 @@ cdef class Strides:
     cdef push(self, int agent, int box, int origin, int target, int before)
 
     @cython.locals(
-        node=int, held=int, level=double, stays=cython.bint, worth=BoxWorth, trail=HoleTrail, rows=Rows,
+        node=int, held=int, level=double, stays=cython.bint, marks=cython.bint, worth=BoxWorth, trail=HoleTrail, rows=Rows,
     )
     cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
 

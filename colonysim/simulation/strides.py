@@ -16,8 +16,9 @@ from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.backends.nodeworld import NodeWorld
-from colonysim.pheromones import Distance, Exploration
+from colonysim.pheromones import Distance
 from colonysim.pheromones.box import BoxWorth
+from colonysim.pheromones.exploration import Exploration
 from colonysim.pheromones.field import Visit
 from colonysim.pheromones.hole import HoleTrail
 from colonysim.policies.choice import pick, weigh
@@ -48,14 +49,12 @@ def strides_of(
     fields: Mapping[str, Field],
     backend: Backend,
     policy: Policy,
-    memories: list[Any],
     views: list[LocalView],
-    random: list[Random],
     steps: array[int],
     rows: Rows,
     withdraw: Callable[[int], None],
 ) -> Strides | None:
-    """The strides of an episode, or None if they would not do what policy, fields or backend say."""
+    """The strides of a run's episodes, or None if they would not do what policy, fields or backend say."""
     if not isinstance(policy, Stigmergy) or not isinstance(backend, NodeWorld):
         return None
     if type(policy) not in (Stigmergy, Colony) or type(backend) is not NodeWorld:
@@ -68,7 +67,7 @@ def strides_of(
         return None
     if s.collision != "reservation" or s.epsilon_per != "episode" or s.updates != "occupied":
         return None
-    return Strides(world, fields, backend, policy, memories, views, random, steps, rows, withdraw)
+    return Strides(world, fields, backend, policy, views, steps, rows, withdraw)
 
 
 def _overrides(thing: object) -> bool:
@@ -80,14 +79,12 @@ class Strides:
     """Begins and ends the steps of agents.
 
     Args:
-        world: As it is at the start of the episode; its arrays are read and written.
+        world: The world; its arrays are read and written.
         fields: D, B, H and E.
         backend: How long a step takes.
         policy: What decides wherever there is more to it than a stroll.
-        memories: What each agent remembers; the list is shared with the episode, as are the following.
         views: What each agent sees.
-        random: Each agent's stream.
-        steps: Steps each agent has begun.
+        steps: Steps each agent has begun, shared with the episode.
         rows: The trace.
         withdraw: Called when an agent that may have asked for a node to be cleared acts.
     """
@@ -98,9 +95,7 @@ class Strides:
         fields: Mapping[str, Field],
         backend: NodeWorld,
         policy: Stigmergy,
-        memories: list[Any],
         views: list[LocalView],
-        random: list[Random],
         steps: array[int],
         rows: Rows,
         withdraw: Callable[[int], None],
@@ -118,9 +113,8 @@ class Strides:
         self.d, self.official, self.known = distance.d, distance.official, distance.visited
         self.straight, self.d_max = distance.straight, distance.d_max
         self.lrta, self.blank = distance.lrta, distance.blank
-        self.stored, self.visited = exploration.stored, exploration.visited
-        self.scale, self.shift = exploration.scale, exploration.shift
-        self.marks_waits = settings.exploration_on_wait
+        self.exploration, self.backend = exploration, backend
+        self.marks_waits, self.marks_starts = settings.exploration_on_wait, settings.deposit_at_start
         # Without boxes B, and without holes H, have nothing to say.
         self.worth = worth if scenario.boxes else None
         self.sight = world.sight() if scenario.boxes else None
@@ -129,24 +123,39 @@ class Strides:
         self.beta = settings.beta
         timing = scenario.timing
         self.travels, self.pushes = timing.travels, timing.pushes
-        self.fixed, self.pace, self.push_fixed, self.push_pace, self.jitter, self.jitters = (
-            timing.travel_fixed, timing.travel, timing.push_fixed, timing.push, timing.jitter, backend.jitters
+        self.fixed, self.pace, self.push_fixed, self.push_pace, self.jitter = (
+            timing.travel_fixed, timing.travel, timing.push_fixed, timing.push, timing.jitter
         )  # fmt: skip
-        self.memories, self.views, self.steps, self.rows = memories, views, steps, rows
-        self.random, self.draw = random, [stream.random for stream in random]
-        self.epsilon = array("d", [memory.epsilon for memory in memories])  # it changes between episodes only
+        self.views, self.steps, self.rows = views, steps, rows
         self.visit = Visit()
         # What each agent is doing: where to, with which box for which hole, where that leaves it, and since when.
-        agents = len(memories)
+        agents = len(views)
         self.target, self.box, self.hole, self.ends_at = (array("i", [-1]) * agents for _ in range(4))
-        self.began = array("d", [0.0]) * agents
+        self.epsilon, self.began = array("d", [0.0]) * agents, array("d", [0.0]) * agents
         self.handed: dict[int, Thought] = {}
-        self.moved = bytearray(len(memories))
+        self.moved = bytearray(agents)
         # What a choice is between: the ways' places in `ends`, the nodes, and their chances.
         most = max(map(len, topology.neighbours), default=0)
         self.ways, self.options, self.chances = (
             array("i", [0]) * most, array("i", [0]) * most, array("d", [0.0]) * most
         )  # fmt: skip
+
+    def prepare(self, memories: list[Any], random: list[Random]) -> None:
+        """Begins an episode.
+
+        Args:
+            memories: What each agent remembers; the list is shared with the episode.
+            random: Each agent's stream.
+        """
+        self.memories, self.random, self.draw = memories, random, [stream.random for stream in random]
+        for agent in range(len(memories)):
+            memory = memories[agent]
+            # It changes between episodes only.
+            self.epsilon[agent], self.target[agent], self.moved[agent] = memory.epsilon, -1, 0
+        self.jitters = self.backend.jitters
+        # What has evaporated is not the same array any more.
+        self.stored, self.visited = self.exploration.stored, self.exploration.visited
+        self.scale, self.shift = self.exploration.scale, self.exploration.shift
 
     def depart(self, agent: int, now: float) -> float:
         """Lets an agent decide and begin a step (Algorithm 9); returns how long it takes.
@@ -310,11 +319,12 @@ class Strides:
             self.mark("wait", agent, -1, -1, -1, -1)
 
     def mark(self, moment: Moment, agent: int, box: int, hole: int, left: int, before: int) -> None:
-        """Deposits of an agent where it stands, see `Visit`; at any moment but the start of an episode."""
+        """Deposits of an agent where it stands, see `Visit`."""
         node, held = self.agent_node[agent], self.agent_box[agent]
         level = self.box_base[held] if held >= 0 else self.surface[node]
         rows, stays = self.rows, moment != "claim"
-        if stays:
+        marks = stays and (self.marks_starts or moment != "start")
+        if marks:
             self.update_distance(node, level)
             rows.deposit("D", agent, node, self.nearness(node))
         worth, trail = self.worth, self.trail if stays else None
@@ -331,7 +341,7 @@ class Strides:
                 rows.deposits(worth, agent, writes)
             if trail is not None and (writes := trail.deposit(visit)):
                 rows.deposits(trail, agent, writes)
-        if stays and (self.marks_waits or moment != "wait"):
+        if marks and (self.marks_waits or moment != "wait"):
             self.stored[node] += 1.0 / self.scale
             self.visited[node] = 1
             rows.deposit("E", agent, node, self.crowding(node))

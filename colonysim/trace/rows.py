@@ -22,10 +22,9 @@ __all__ = ["Rows"]
 
 
 class Rows:
-    """Writes one episode's rows to a sink, if there is one, and keeps its events until they are taken.
+    """Writes the rows of episodes to a sink, if there is one, and keeps their events until they are taken.
 
     Args:
-        episode: The episode's number.
         scenario: Whose numbers to write.
         sink: Takes the rows; None to keep events only.
         decisions: Whether the sink gets the decisions.
@@ -45,13 +44,12 @@ class Rows:
 
     def __init__(
         self,
-        episode: int,
         scenario: Scenario,
         sink: Sink | None,
         decisions: bool,
         kinds: Collection[str] | None = None,
     ) -> None:
-        self._episode = episode
+        self._episode = 0
         self._write = sink.write if sink else None
         self.kept = self._write is not None
         self._decisions = decisions and sink is not None
@@ -72,6 +70,10 @@ class Rows:
             self._marked = self._writer.block("deposits")
             self._chosen = self._writer.block("decisions") if decisions else None
             self._ended = None if self.hears_ends else self._writer.block("events")
+
+    def begin(self, episode: int) -> None:
+        """What comes from now on belongs to the episode of that number."""
+        self._episode, self.now = episode, 0.0
 
     def _heard(self, kind: str) -> bool:
         return self._kinds is None or kind in self._kinds

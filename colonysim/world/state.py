@@ -89,35 +89,41 @@ class World:
         self._floors = array("d", scenario.topology.z)
         self._reach, self._rises, self._no_push = scenario.reach, scenario.topology.rises, scenario.no_push
         self._sight: Sight | None = None
+        # Allocated once: a reset fills them anew, and who has taken hold of them need not do so again.
+        boxes, agents = len(scenario.boxes), len(scenario.agents)
+        self.surface, self.top, self.occupant, self.node_holder = (
+            array("d", self._floors), array("i", [-1]) * size, array("i", [-1]) * size, array("i", [-1]) * size
+        )  # fmt: skip
+        self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
+        self.box_claim, self.box_stray = [-1] * boxes, [False] * boxes
+        self.agent_node, self.agent_from, self.agent_box = (
+            array("i", scenario.agents), array("i", [-1]) * agents, array("i", [-1]) * agents
+        )  # fmt: skip
+        self.agent_status = [AgentStatus.ACTIVE] * agents
+        self.reserved: list[tuple[Place, ...]] = [()] * agents
+        self.edge_holder: dict[tuple[int, int], int] = {}
+        self.stacks: dict[int, list[int]] = {}
+        self.clear_requests: dict[int, int] = {}
+        self._bind()
         self.reset()
 
     def reset(self) -> None:
         """Puts everything where the scenario says it starts."""
-        scenario, topology = self.scenario, self.topology
-        size = len(topology)
-        self.surface = array("d", self._floors)
-        self.occupant = array("i", [-1]) * size
-        self.node_holder = array("i", [-1]) * size
-        self.edge_holder: dict[tuple[int, int], int] = {}
-        self.reserved: list[tuple[Place, ...]] = [()] * len(scenario.agents)
-        self.stacks: dict[int, list[int]] = {}
-        self.top = array("i", [-1]) * size
-        self.box_node = array("i", [-1]) * len(scenario.boxes)
-        self.box_base = array("d", [0.0]) * len(scenario.boxes)
-        self.box_claim = [-1] * len(scenario.boxes)
-        self.box_stray = [False] * len(scenario.boxes)
-        self.agent_node = array("i", scenario.agents)
-        self.agent_from = array("i", [-1]) * len(scenario.agents)
-        self.agent_box = array("i", [-1]) * len(scenario.agents)
-        self._bind()
+        scenario, nowhere = self.scenario, array("i", [-1])
+        self._heights[:] = self._floors
+        for array_of_nodes in (self.top, self.occupant, self.node_holder):
+            array_of_nodes[:] = nowhere * len(array_of_nodes)
+        for part in (self.edge_holder, self.stacks, self.clear_requests):
+            part.clear()
+        boxes, agents = len(scenario.boxes), len(scenario.agents)
+        self.box_claim[:], self.box_stray[:] = [-1] * boxes, [False] * boxes
         for box, start in enumerate(scenario.boxes):
             self._put_box(box, start.node)
-        self.agent_status = [AgentStatus.ACTIVE] * len(scenario.agents)
-        self.clear_requests: dict[int, int] = {}
+        self.agent_node[:] = array("i", scenario.agents)
+        self.agent_from[:] = self.agent_box[:] = nowhere * agents
+        self.agent_status[:], self.reserved[:] = [AgentStatus.ACTIVE] * agents, [()] * agents
         for agent, node in enumerate(scenario.agents):
-            self.occupant[node] = agent
-        if self._sight is not None:
-            self._sight.bind(self)
+            self._occupants[node] = agent
 
     def _bind(self) -> None:
         """The arrays once more, as what compiled code reads without making objects of their numbers (`state.pxd`)."""
