@@ -119,10 +119,9 @@ class World:
         self.box_claim[:], self.box_stray[:] = [-1] * boxes, [False] * boxes
         for box, start in enumerate(scenario.boxes):
             self._put_box(box, start.node)
-        self.agent_node[:] = array("i", scenario.agents)
-        self.agent_from[:] = self.agent_box[:] = nowhere * agents
         self.agent_status[:], self.reserved[:] = [AgentStatus.ACTIVE] * agents, [()] * agents
         for agent, node in enumerate(scenario.agents):
+            self._agent_nodes[agent], self._agent_boxes[agent], self.agent_from[agent] = node, -1, -1
             self._occupants[node] = agent
 
     def _bind(self) -> None:
