@@ -55,7 +55,10 @@ def what_comes_of(world: World, agent: int, intent: Intent) -> Outcome:
 def what_can_be_pushed(world: World, box: int, targets: Sequence[int]) -> list[float]:
     """1 for each target to which the rules of the place let the box be pushed, else 0."""
     at, base = world.box_node[box], world.box_base[box]
-    return [1.0 if world.can_slide(base, at, j) else 0.0 for j in targets]
+    found = []
+    for j in targets:
+        found.append(1.0 if world.can_slide(base, at, j) else 0.0)
+    return found
 
 
 class NodeWorld:

@@ -48,48 +48,62 @@ class BoxWorth(Marks):
         self._cap = cap
         self._on_entry = credit == "enter"
         self._whole_stack = stack == "all"
-        self._worth: dict[tuple[int, int], float] = {}
+        self._holes = len(world.scenario.holes)
+        self._worth: dict[int, float] = {}  # by box times the number of holes plus hole
 
     def at(self, node: int, key: int = -1) -> float:
         """B of the box `node` for the hole `key`."""
-        return self._worth.get((node, key), self._start)
+        known = self._worth.get(node * self._holes + key) if self._worth else None
+        return self._start if known is None else known
 
     def keys(self, node: int) -> Sequence[int]:
         """Every hole: an untouched pair has the value that B starts with."""
-        return range(len(self._world.scenario.holes))
+        return range(self._holes)
 
     def deposit(self, visit: Visit) -> Sequence[Write]:
         """Algorithm 3: a claim lowers B, a crossing raises B of every box in the stack that was crossed."""
-        if visit.moment == "claim" and visit.hole < 0:  # taken to be passed, not to be pushed
-            return ()
         if visit.moment == "claim":
-            value = self._worth[visit.box, visit.hole] = self.at(visit.box, visit.hole) * self._decay
-            return (Write(visit.box, visit.hole, value),)
+            # A box may be taken to be passed, not to be pushed.
+            return () if visit.hole < 0 else (Write(visit.box, visit.hole, self.lower(visit.box, visit.hole)),)
         if visit.moment != "arrive":
             return ()
-        crossed = visit.node if self._on_entry else visit.left
-        if crossed < 0 or (not self._on_entry and visit.node == visit.before):
-            return ()
-        hole = self._world.hole_at[crossed]
+        hole = self.crossed(visit.node, visit.left, visit.before)
         if hole < 0:
             return ()
+        return [Write(box, hole, self.at(box, hole)) for box in self.credit(hole, visit.agent)]
+
+    def lower(self, box: int, hole: int) -> float:
+        """Somebody claims the box for the hole; returns what B is then."""
+        value = self._worth[box * self._holes + hole] = self.at(box, hole) * self._decay
+        return value
+
+    def crossed(self, node: int, left: int, before: int) -> int:
+        """The hole that counts as crossed by who arrives on a node, or -1; see `Visit`."""
+        crossed = node if self._on_entry else left
+        if crossed < 0 or (not self._on_entry and node == before):
+            return -1
+        return self._world.hole_at[crossed]
+
+    def credit(self, hole: int, agent: int) -> list[int]:
+        """Raises B of the boxes in a hole that an agent has crossed; returns them, from bottom to top."""
         # A box that shares the crosser's node is being pushed over the hole, not crossed.
-        pushed = self._world.agent_box[visit.agent]
-        crossed_on = [box for box in self._world.stacks.get(crossed, ()) if box != pushed]
-        writes = []
-        for box in crossed_on if self._whole_stack else crossed_on[-1:]:
-            value = self._worth[box, hole] = min(self.at(box, hole) / self._decay, self._cap)
-            writes.append(Write(box, hole, value))
-        return writes
+        pushed, stack = self._world.agent_box[agent], self._world.stacks.get(self._world.hole_node(hole), ())
+        crossed_on = [box for box in stack if box != pushed]
+        if not self._whole_stack:
+            crossed_on = crossed_on[-1:]
+        for box in crossed_on:
+            value = self.at(box, hole) / self._decay
+            self._worth[box * self._holes + hole] = value if value < self._cap else self._cap
+        return crossed_on
 
     def end_episode(self) -> None:
         """B outlives the episode: the same boxes will stand in the same places."""
 
     def frame(self) -> Iterable[Write]:
         """B of every pair that was ever touched."""
-        return [Write(box, hole, self._worth[box, hole]) for box, hole in sorted(self._worth)]
+        return [Write(*divmod(pair, self._holes), self._worth[pair]) for pair in sorted(self._worth)]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over the worth of pairs."""
         for box, hole, value in frame:
-            self._worth[box, hole] = value
+            self._worth[box * self._holes + hole] = value

@@ -2,22 +2,23 @@
 # Memory is imported by others from here: under its own name it would be a type only.
 cimport cython
 from colonysim.policies.choice cimport pick, weigh
-from colonysim.policies.thought cimport Memory as Kept, Thought, remembering, thinking
+from colonysim.policies.thought cimport Memory as Kept, Options, Thought, remembering, thinking
 from colonysim.policies.view cimport FieldWindow, LocalView
 
 
 cdef class Stigmergy:
     cdef public object settings
     cdef public str name
-    cdef int _goal
-    cdef double _beta, _patience, _least
-    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands
+    cdef int _goal, _tries
+    cdef Options _options
+    cdef double _beta, _patience, _least, _reach
+    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past
     cdef int[::1] _nodes, _boxes, _pushes, _holes
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
 
     @cython.locals(carried=Thought, dropped=int)
-    cpdef Thought think(self, LocalView view, Kept memory, random)
+    cpdef Thought think(self, LocalView view, Kept memory, draw)
     @cython.locals(box=int, hole=int, node=int, way=tuple, thought=Thought)
     cdef Thought _carry(self, LocalView view, Kept memory)
     cdef bint _impatient(self, LocalView view)
@@ -29,15 +30,15 @@ cdef class Stigmergy:
     cdef tuple _likely_way(self, LocalView view, int box, int hole, tuple way, tuple planned=*)
     cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
     @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int)
-    cdef Thought _choose(self, LocalView view, Kept memory, random)
+    cdef Thought _choose(self, LocalView view, Kept memory, draw)
     @cython.locals(box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple)
-    cdef Thought _exploit(self, LocalView view, Kept memory, random, int count)
+    cdef Thought _exploit(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
         i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,
         node=int, beside=int,
     )
     cdef Thought _follow_distance(
-        self, LocalView view, Kept memory, random, int count, int box=*, int towards=*, double worth=*, int hole=*,
+        self, LocalView view, Kept memory, draw, int count, int box=*, int towards=*, double worth=*, int hole=*,
         tuple way=*,
     )
     @cython.locals(i=int, j=int, shut=cython.bint)
@@ -57,7 +58,7 @@ cdef class Stigmergy:
         box=int, j=int, i=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
         thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
-    cdef Thought _explore(self, LocalView view, Kept memory, random, int count)
+    cdef Thought _explore(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
     cdef Thought _weighed(self, Thought thought, int count)

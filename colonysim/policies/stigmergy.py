@@ -10,12 +10,12 @@ from colonysim.plugins import field_class
 from colonysim.policies.choice import pick, weigh
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
-from colonysim.policies.thought import Memory, Thought, remembering, thinking
+from colonysim.policies.thought import Memory, Options, Thought, remembering, thinking
 from colonysim.world.intents import Wait
 
 if TYPE_CHECKING:
     import random
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from colonysim.pheromones.field import Field
     from colonysim.policies.paths import Way
@@ -45,16 +45,15 @@ class Stigmergy:
         s = self.settings
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
-        self._least, self._overfill, self._from_box, self._errands = (
-            s.feasibility, s.overfill, s.candidates_centre == "box", s.errands
-        )  # fmt: skip
-        # What a choice is between, one of them a box or all of them boxes at worst: nodes, the box meant at each or
-        # -1, and values that become chances. Written anew at each decision, as are the next.
+        self._least, self._overfill, self._from_box = s.feasibility, s.overfill, s.candidates_centre == "box"
+        self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
+        self._tries = -1 if s.tries is None else s.tries
+        # What a choice is between: all neighbours and the boxes on them at worst. Written anew at each decision, as
+        # is what follows.
         neighbours = scenario.topology.neighbours
         room, holes = 2 * max(map(len, neighbours), default=0) + 1, len(scenario.holes)
-        self._nodes, self._boxes, self._values = (
-            array("i", [0]) * room, array("i", [0]) * room, array("d", [0.0]) * room
-        )  # fmt: skip
+        self._options = Options(room)
+        self._nodes, self._boxes, self._values = self._options.nodes, self._options.boxes, self._options.chances
         # Where a box could be pushed, and the holes that it might be for, each marked once and what it is worth.
         self._pushes, self._holes = array("i", [0]) * room, array("i", [0]) * holes
         self._marked, self._worths = bytearray(holes), array("d", [0.0]) * holes
@@ -108,26 +107,26 @@ class Stigmergy:
 
     def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
         """Algorithm 9 for one agent."""
-        return self.think(view, memory, random).choice()
+        return self.think(view, memory, random.random).choice()
 
-    def think(self, view: LocalView, memory: Memory, random: random.Random) -> Thought:
-        """`decide`, before it is put into words."""
+    def think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
+        """`decide`, before it is put into words; `draw` is the stream's `random`."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
             memory = remembering(memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1)
         if memory.box >= 0:
             carried = self._carry(view, memory)
             if carried is not None:
                 return carried
-            dropped = memory.box if view.held_box == memory.box else -1
+            dropped = memory.box if view.held() == memory.box else -1
             memory = remembering(memory.epsilon, -1, -1, (), -1, dropped, view.node)
-        return self._choose(view, memory, random)
+        return self._choose(view, memory, draw)
 
     # -- with a box ------------------------------------------------------------------------------------------------
 
     def _carry(self, view: LocalView, memory: Memory) -> Thought | None:
         """The next push of the box the agent is committed to, a wait, or None to give it up."""
-        box, hole, s = memory.box, memory.hole, self.settings
-        if view.held_box != box or (s.tries is not None and view.failures >= s.tries):
+        box, hole = memory.box, memory.hole
+        if view.held() != box or 0 <= self._tries <= view.failures:
             return None
         way = self._way(view, box, hole, memory.way)
         if way and view.foresees:
@@ -145,6 +144,7 @@ class Stigmergy:
             return thought
         if self._impatient(view):
             return None
+        s = self.settings
         seconds = None if s.patience is None else (s.patience - view.waited) * view.edge_seconds
         thought.wait = Wait(self._causes(view, (node,)), seconds, node if s.ask_to_clear else -1)
         return thought
@@ -188,7 +188,7 @@ class Stigmergy:
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
-        return self._overfill or view.box_height(box) < view.headroom(hole) + view.reach
+        return self._overfill or view.box_height(box) < view.headroom(hole) + self._reach
 
     def _targets(self, view: LocalView, memory: Memory, box: int, from_node: int) -> list[tuple[int, Way]]:
         """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the box's way there."""
@@ -245,7 +245,7 @@ class Stigmergy:
 
     # -- without a box ---------------------------------------------------------------------------------------------
 
-    def _choose(self, view: LocalView, memory: Memory, random: random.Random) -> Thought:
+    def _choose(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
         nodes, count = self._nodes, view.exits_into(self._nodes)
         if self._two_node or (self._ask_to_clear and view.requests):
             every, count = count, 0
@@ -255,12 +255,12 @@ class Stigmergy:
                     nodes[count] = j
                     count += 1
         if count and view.wanted(view.node):
-            return self._follow_distance(view, memory, random, count)
-        if random.random() < memory.epsilon:
-            return self._explore(view, memory, random, count)
-        return self._exploit(view, memory, random, count)
+            return self._follow_distance(view, memory, draw, count)
+        if draw() < memory.epsilon:
+            return self._explore(view, memory, draw, count)
+        return self._exploit(view, memory, draw, count)
 
-    def _explore(self, view: LocalView, memory: Memory, random: random.Random, count: int) -> Thought:
+    def _explore(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
         """Follows E; the node of a box that could be pushed counts as an option."""
         s, nodes, boxes, values = self.settings, self._nodes, self._boxes, self._values
         for i in range(count):
@@ -279,17 +279,17 @@ class Stigmergy:
                 epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at
             )
         if count == 0:
-            return self._follow_distance(view, memory, random, count)
+            return self._follow_distance(view, memory, draw, count)
         crowding = view.fields["E"]
         for i in range(count):
             values[i] = -crowding.read(nodes[i])
         weigh(values, count, self._beta)
-        chosen = pick(values, count, random.random())
+        chosen = pick(values, count, draw())
         thought = thinking(memory)
         thought.node = nodes[chosen]
         if boxes[chosen] >= 0:
             holes = targets[nodes[chosen]]
-            hole, way = holes[int(random.random() * len(holes))]
+            hole, way = holes[int(draw() * len(holes))]
             thought = self._claim(view, memory, boxes[chosen], hole, way)
         thought.explored = True
         return self._weighed(thought, count)
@@ -308,34 +308,34 @@ class Stigmergy:
 
     def _weighed(self, thought: Thought, count: int) -> Thought:
         """The thought with what it was chosen from."""
-        thought.count, thought.nodes, thought.boxes, thought.chances = count, self._nodes, self._boxes, self._values
+        thought.count, thought.options = count, self._options
         return thought
 
-    def _exploit(self, view: LocalView, memory: Memory, random: random.Random, count: int) -> Thought:
+    def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
         """Weighs B of the nearest box against D of the neighbours."""
-        box = view.find_box((memory.shunned,), self._goal)
+        box = view.find_box(memory.shunned, self._goal)
         if box < 0:
-            return self._follow_distance(view, memory, random, count)
+            return self._follow_distance(view, memory, draw, count)
         first = view.first
         if first != view.node and not self._allowed(view, first):
-            return self._follow_distance(view, memory, random, count)
+            return self._follow_distance(view, memory, draw, count)
         found = self._targets(view, memory, box, first)
         if not found:
-            return self._follow_distance(view, memory, random, count)
+            return self._follow_distance(view, memory, draw, count)
         worth, worths, chosen = view.fields["B"], self._worths, 0
         if len(found) > 1:
             for i, (hole, _) in enumerate(found):
                 worths[i] = worth.at(box, hole)
             weigh(worths, len(found), self._beta)
-            chosen = pick(worths, len(found), random.random())
+            chosen = pick(worths, len(found), draw())
         hole, way = found[chosen]
-        return self._follow_distance(view, memory, random, count, box, first, worth.at(box, hole), hole, way)
+        return self._follow_distance(view, memory, draw, count, box, first, worth.at(box, hole), hole, way)
 
     def _follow_distance(
         self,
         view: LocalView,
         memory: Memory,
-        random: random.Random,
+        draw: Callable[[], float],
         count: int,
         box: int = -1,
         towards: int = -1,
@@ -348,7 +348,7 @@ class Stigmergy:
         Args:
             view: What the agent sees.
             memory: What it remembers.
-            random: Its stream.
+            draw: Its stream.
             count: How many neighbours it could travel to; they are in `_nodes`.
             box: The box to go for, or -1.
             towards: The first node on the way to it.
@@ -363,7 +363,7 @@ class Stigmergy:
         if box >= 0:
             nodes[count], boxes[count], values[count] = towards, box, worth
             count += 1
-        elif self.settings.step_past and self._shut_in(view, options):
+        elif self._step_past and self._shut_in(view, options):
             for node, beside in self._boxes_to_pass(view, memory).items():
                 nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
                 count += 1
@@ -372,7 +372,7 @@ class Stigmergy:
             thought.wait = Wait(view.around())
             return thought
         weigh(values, count, self._beta)
-        i = pick(values, count, random.random())
+        i = pick(values, count, draw())
         if i < options:
             thought = thinking(memory)
             thought.node = nodes[i]

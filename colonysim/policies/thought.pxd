@@ -16,15 +16,21 @@ cpdef Memory remembering(double epsilon, int box, int hole, tuple way, int sough
 
 
 @cython.final
+cdef class Options:
+    cdef readonly int[::1] nodes, boxes
+    cdef readonly double[::1] chances
+
+
+@cython.final
 cdef class Thought:
     cdef public Memory memory
     cdef public object wait
     cdef public int node, box, hole, count
     cdef public bint explored
-    cdef public int[::1] nodes, boxes
-    cdef public double[::1] chances
+    cdef public Options options
 
     cpdef intent(self)
+    @cython.locals(options=Options)
     cpdef choice(self)
 
 

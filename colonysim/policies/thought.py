@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,12 +10,10 @@ from colonysim.policies.policy import Choice
 from colonysim.world.intents import Push, Travel
 
 if TYPE_CHECKING:
-    from array import array
-
     from colonysim.policies.paths import Way
     from colonysim.world.intents import Intent, Wait
 
-__all__ = ["Memory", "Thought", "remembering", "thinking"]
+__all__ = ["Memory", "Options", "Thought", "remembering", "thinking"]
 
 
 @dataclass
@@ -50,6 +49,25 @@ def remembering(
     return memory
 
 
+class Options:
+    """What a choice is between; a policy has one, which is good until its next decision.
+
+    Args:
+        room: How many there can be.
+
+    Attributes:
+        nodes: The nodes to go to.
+        boxes: For each of them the box meant, or -1.
+        chances: For each of them first what speaks for it, then its chance.
+    """
+
+    __slots__ = ("boxes", "chances", "nodes")
+
+    def __init__(self, room: int) -> None:
+        self.nodes, self.boxes = array("i", [0]) * room, array("i", [0]) * room
+        self.chances = array("d", [0.0]) * room
+
+
 class Thought:
     """A decision before it is put into words: `choice` says it as other policies do.
 
@@ -63,18 +81,11 @@ class Thought:
         box: The box it wants to take or push there, or -1.
         hole: The hole (key) which that box is meant for, or -1.
         explored: Whether it followed E.
-        count: How many nodes it chose between; 0 if there was no choice. What follows is the policy's own and good
-            until its next decision.
-        nodes: The nodes, from the first on.
-        boxes: For each of them the box meant, or -1.
-        chances: For each of them its chance.
+        count: How many nodes it chose between; 0 if there was no choice.
+        options: These nodes, from the first on.
     """
 
-    __slots__ = ("box", "boxes", "chances", "count", "explored", "hole", "memory", "node", "nodes", "wait")
-
-    nodes: array[int]
-    boxes: array[int]
-    chances: array[float]
+    __slots__ = ("box", "count", "explored", "hole", "memory", "node", "options", "wait")
 
     def __init__(self, memory: Memory) -> None:
         self.memory = memory
@@ -82,6 +93,7 @@ class Thought:
         self.node = self.box = self.hole = -1
         self.explored = False
         self.count = 0
+        self.options: Options | None = None
 
     def intent(self) -> Intent:
         """The decision as an intent."""
@@ -91,16 +103,18 @@ class Thought:
 
     def choice(self) -> Choice:
         """The decision with what it was taken from."""
-        if self.count == 0:
+        options = self.options
+        if options is None:
             return Choice(self.intent(), self.memory, self.explored)
-        nodes, boxes = tuple(self.nodes[: self.count]), tuple(self.boxes[: self.count])
-        chances = tuple(self.chances[: self.count])
+        nodes, boxes = tuple(options.nodes[: self.count]), tuple(options.boxes[: self.count])
+        chances = tuple(options.chances[: self.count])
         return Choice(self.intent(), self.memory, self.explored, nodes, boxes, chances)
 
 
 def thinking(memory: Memory) -> Thought:
     """`Thought(memory)`, a little faster where it is compiled."""
     thought = Thought.__new__(Thought)
-    thought.memory, thought.wait, thought.explored, thought.count = memory, None, False, 0
+    thought.memory, thought.explored, thought.count = memory, False, 0
+    thought.wait = thought.options = None
     thought.node = thought.box = thought.hole = -1
     return thought

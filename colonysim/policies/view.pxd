@@ -26,6 +26,7 @@ cdef class LocalView:
     cdef public int agent, node, failures, first
     cdef public double radius, edge_seconds, waited
     cdef public dict fields
+    cdef public bint foresees
 
     cpdef look(self)
     cpdef bint beside(self, int node) except? -1
@@ -42,7 +43,7 @@ cdef class LocalView:
     @cython.locals(node=int)
     cpdef int box_node(self, int box) except? -1
     @cython.locals(world=World)
-    cdef int _held(self)
+    cpdef int held(self)
     @cython.locals(world=World, box=int)
     cpdef int box_beside(self, int neighbour) except? -1
     cpdef double box_height(self, int box) except? -1
@@ -66,7 +67,7 @@ cdef class LocalView:
     cpdef list pushes(self, int box, int barred=*)
     cpdef int pushes_into(self, int box, int barred, int[::1] found) except -1
     @cython.locals(world=World, sight=Sight, box=int)
-    cpdef int find_box(self, shunned, int barred) except? -2
+    cpdef int find_box(self, int shunned, int barred, others=*) except? -2
     cpdef double chance(self, int box, int node) except? -1
     cpdef nearest_box(self, shunned=*, int barred=*)
     cpdef tuple way_to_hole(self, int box, int hole, int barred=*, avoided=*)

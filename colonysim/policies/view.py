@@ -99,6 +99,7 @@ class LocalView:
         agent: The agent's number.
         fields: The readable part of each pheromone field, by name.
         radius: The detection radius R, graph units.
+        foresees: Whether the backend can tell about more than the next push.
         edge_seconds: Typical simulated seconds of a travelled edge: the unit in which patience is counted.
         waited: For how many such units the agent has been waiting in a row.
         refused: What it wanted last and could not begin because the place was taken, or None.
@@ -108,7 +109,7 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "first", "node",
+        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "first", "foresees", "node",
         "radius", "refused", "waited",
     )  # fmt: skip
 
@@ -116,6 +117,7 @@ class LocalView:
         self._world = world
         self._backend = backend
         self._feasible_way: FeasibleWay | None = getattr(backend, "feasible_way", None)
+        self.foresees = self._feasible_way is not None
         self.agent = agent
         self.radius = world.scenario.detection_radius
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
@@ -229,7 +231,8 @@ class LocalView:
         if not self.beside(node):
             raise OutOfSightError(f"requests for node {node} cannot be heard at node {self.node}")
         requests = self._world.clear_requests
-        return bool(requests) and requests.get(node, self.agent) != self.agent
+        asker = requests.get(node) if requests else None
+        return asker is not None and asker != self.agent
 
     @property
     def requests(self) -> bool:
@@ -261,9 +264,10 @@ class LocalView:
     @property
     def held_box(self) -> int:
         """The box that the agent holds and shares the node with, or -1."""
-        return self._held()
+        return self.held()
 
-    def _held(self) -> int:
+    def held(self) -> int:
+        """`held_box`, for compiled code."""
         world = self._world
         box = world._agent_boxes[self.agent]
         return box if box >= 0 and world.box_claim[box] == self.agent else -1
@@ -368,16 +372,16 @@ class LocalView:
         Returns:
             The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
         """
-        box = self.find_box(shunned, barred)
+        box = self.find_box(-1, barred, shunned)
         return None if box < 0 else (box, self.first)
 
-    def find_box(self, shunned: Collection[int], barred: int) -> int:
-        """`nearest_box`: the box, or -1; the first node on the way to it is then in `first`."""
+    def find_box(self, shunned: int, barred: int, others: Collection[int] = ()) -> int:
+        """`nearest_box` but for one box (and others): the box, or -1; `first` is then the first node on the way."""
         world = self._world
         if len(world._box_nodes) == 0:
             return -1
         sight = world.sight()
-        box = sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred)
+        box = sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred, others)
         self.first = sight.step
         return box
 
@@ -410,11 +414,6 @@ class LocalView:
         for node in targets:
             self._look_at(node)
         return self._backend.feasible(self.agent, box, targets)
-
-    @property
-    def foresees(self) -> bool:
-        """Whether the backend can tell about more than the next push."""
-        return self._feasible_way is not None
 
     def feasible_way(self, box: int, way: Sequence[int]) -> Sequence[float]:
         """The backend's chance of each push along a way of visible nodes, given that those before it succeed.

@@ -25,7 +25,7 @@ cdef class Strides:
     cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
     cdef Draws jitters
-    cdef list reserved, memories, views, random, draw
+    cdef list reserved, memories, views, draw
     cdef dict clear_requests, handed
     cdef object travels, pushes, visit, withdraw
     cdef object backend
@@ -81,9 +81,12 @@ cdef class Strides:
     cdef push(self, int agent, int box, int origin, int target, int before)
 
     @cython.locals(
-        node=int, held=int, level=double, stays=cython.bint, marks=cython.bint, worth=BoxWorth, trail=HoleTrail, rows=Rows,
+        node=int, held=int, level=double, stays=cython.bint, marks=cython.bint, rows=Rows,
     )
     cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
+
+    @cython.locals(worth=BoxWorth, value=double, credited=list)
+    cdef mark_boxes(self, str moment, int agent, int node, int box, int hole, int left, int before)
 
     @cython.locals(
         d="double[::1]", official="unsigned char[::1]", surface="double[::1]", reach=double, best=double, best_official=double,

@@ -19,7 +19,7 @@ from colonysim.backends.nodeworld import NodeWorld
 from colonysim.pheromones import Distance
 from colonysim.pheromones.box import BoxWorth
 from colonysim.pheromones.exploration import Exploration
-from colonysim.pheromones.field import Visit
+from colonysim.pheromones.field import Visit, Write
 from colonysim.pheromones.hole import HoleTrail
 from colonysim.policies.choice import pick, weigh
 from colonysim.policies.presets import Colony
@@ -147,7 +147,7 @@ class Strides:
             memories: What each agent remembers; the list is shared with the episode.
             random: Each agent's stream.
         """
-        self.memories, self.random, self.draw = memories, random, [stream.random for stream in random]
+        self.memories, self.draw = memories, [stream.random for stream in random]
         for agent in range(len(memories)):
             memory = memories[agent]
             # It changes between episodes only.
@@ -199,7 +199,7 @@ class Strides:
         self.tell(agent)
         view, world = self.views[agent], self.world
         view.look()
-        thought = self.policy.think(view, self.memories[agent], self.random[agent])
+        thought = self.policy.think(view, self.memories[agent], self.draw[agent])
         self.memories[agent] = thought.memory
         target, box, level, ends_at, pushed = thought.node, thought.box, world.level(agent), thought.node, False
         if thought.count and self.rows.kept:
@@ -327,24 +327,33 @@ class Strides:
         if marks:
             self.update_distance(node, level)
             rows.deposit("D", agent, node, self.nearness(node))
-        worth, trail = self.worth, self.trail if stays else None
-        if stays and self.hole_at[node] < 0 and (left < 0 or self.hole_at[left] < 0):
-            worth = None  # nothing is claimed and no hole crossed
-        if trail is not None and self.plain and not rows.kept:
-            trail.update(node, level)
-            trail = None
-        if worth is not None or trail is not None:
-            visit = self.visit
-            visit.moment, visit.agent, visit.node, visit.level = moment, agent, node, level
-            visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-            if worth is not None and (writes := worth.deposit(visit)):
-                rows.deposits(worth, agent, writes)
-            if trail is not None and (writes := trail.deposit(visit)):
-                rows.deposits(trail, agent, writes)
+        if self.worth is not None:
+            self.mark_boxes(moment, agent, node, box, hole, left, before)
+        if stays and self.trail is not None:
+            if self.plain and not rows.kept:
+                self.trail.update(node, level)
+            else:
+                visit = self.visit
+                visit.moment, visit.agent, visit.node, visit.level = moment, agent, node, level
+                rows.deposits(self.trail, agent, self.trail.deposit(visit))
         if marks and (self.marks_waits or moment != "wait"):
             self.stored[node] += 1.0 / self.scale
             self.visited[node] = 1
             rows.deposit("E", agent, node, self.crowding(node))
+
+    def mark_boxes(self, moment: Moment, agent: int, node: int, box: int, hole: int, left: int, before: int) -> None:
+        """Algorithm 3, as `BoxWorth` does it."""
+        worth = self.worth
+        if moment == "claim" and hole >= 0:
+            value = worth.lower(box, hole)
+            if self.rows.kept:
+                self.rows.deposits(worth, agent, (Write(box, hole, value),))
+        elif moment == "arrive" and (self.hole_at[node] >= 0 or self.hole_at[left] >= 0):
+            hole = worth.crossed(node, left, before)
+            if hole >= 0:
+                credited = worth.credit(hole, agent)
+                if self.rows.kept:
+                    self.rows.deposits(worth, agent, [Write(each, hole, worth.at(each, hole)) for each in credited])
 
     def update_distance(self, node: int, level: float) -> None:
         """Algorithm 2, as `Distance` does it."""

@@ -42,7 +42,7 @@ cdef class Sight:
         search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double, queue="int[::1]", room=int, head=int, tail=int,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, way=int, j=int, through=double, step=int,
     )
-    cpdef int nearest_box(self, int agent, int node, double level, shunned, int barred) except? -2
+    cpdef int nearest_box(self, int agent, int node, double level, int shunned, int barred, others=*) except? -2
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
     @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)

@@ -172,7 +172,9 @@ class Sight:
         """Whether somebody who stands at height `level` can go along a way."""
         return -self.reach < self.surface[self.ends[way]] - level - self.rises[way] < self.reach
 
-    def nearest_box(self, agent: int, node: int, level: float, shunned: Collection[int], barred: int) -> int:
+    def nearest_box(
+        self, agent: int, node: int, level: float, shunned: int, barred: int, others: Collection[int] = ()
+    ) -> int:
         """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
 
         Of ways of one length that to the node of the lower number goes first, of these the one with the lower first
@@ -182,8 +184,9 @@ class Sight:
             agent: Which agent.
             node: Where it stands.
             level: At which height.
-            shunned: Boxes to leave out.
+            shunned: A box to leave out, or -1.
             barred: A node that no way may lead over, or -1.
+            others: More boxes to leave out.
 
         Returns:
             The box, or -1. The first node on the way to it is then in `step`: its own if it is adjacent or underfoot.
@@ -194,14 +197,14 @@ class Sight:
         for k in range(self.at, self.at + self.within):
             at = self.near[k]
             box = top[at]
-            if box >= 0:
+            if box >= 0 and box != shunned:
                 claim = self.box_claim[box]
                 if claim == -1 or claim == agent:
                     wanted[at] = search
                     some = True
         if not some:
             return -1
-        for box in shunned:
+        for box in others:
             if 0 <= box < len(self.box_node) and top[self.box_node[box]] == box:
                 wanted[self.box_node[box]] = 0
         reach = self.reach

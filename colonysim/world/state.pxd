@@ -9,7 +9,7 @@ cdef class World:
     cdef public list box_claim, box_stray, agent_status, reserved
     cdef public dict stacks, clear_requests, edge_holder
     cdef double _reach
-    cdef object _rises, _no_push
+    cdef object _no_push
     cdef double[::1] _heights, _box_bases, _box_heights, _floors, _rims, _lengths, _slopes
     cdef int[::1] _first, _ends, _hole_nodes
     cdef int[::1] _occupants, _holders, _tops, _box_nodes, _agent_nodes, _agent_boxes
@@ -19,7 +19,8 @@ cdef class World:
     cpdef double level(self, int agent)
     @cython.locals(reach=double)
     cpdef bint passable(self, double level, int i, int j)
-    cdef double _rise(self, int i, int j) except? -1
+    @cython.locals(way=int)
+    cdef double _rise(self, int i, int j)
     @cython.locals(reach=double, way=int, j=int, found=list)
     cpdef list ways(self, double level, int node)
     cpdef list exits(self, int agent)
@@ -29,6 +30,7 @@ cdef class World:
     cpdef bint adjacent(self, int i, int j)
     @cython.locals(way=int)
     cpdef bint beside_box(self, int node, int other)
+    cpdef int hole_node(self, int hole) except? -1
     @cython.locals(at=int, claim=int, reach=double)
     cpdef bint graspable(self, int agent, int box, double level, int node)
     cpdef bint can_slide(self, double base, int i, int j)

@@ -69,7 +69,7 @@ class World:
     __slots__ = (
         "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
         "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_rims",
-        "_rises", "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
+        "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
         "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
         "topology",
@@ -87,7 +87,7 @@ class World:
         self._rims, self._box_heights = array("d", [hole.rim for hole in scenario.holes]), self.box_height
         self._first, self._ends, self._lengths, self._slopes = scenario.topology.edges
         self._floors = array("d", scenario.topology.z)
-        self._reach, self._rises, self._no_push = scenario.reach, scenario.topology.rises, scenario.no_push
+        self._reach, self._no_push = scenario.reach, scenario.no_push
         self._sight: Sight | None = None
         # Allocated once: a reset fills them anew, and who has taken hold of them need not do so again.
         boxes, agents = len(scenario.boxes), len(scenario.agents)
@@ -158,7 +158,10 @@ class World:
 
     def _rise(self, i: int, j: int) -> float:
         """How much a slope rises from `i` to `j`; 0 elsewhere."""
-        return self._rises.get((i, j), 0.0) if self._rises else 0.0
+        for way in range(self._first[i], self._first[i + 1]):
+            if self._ends[way] == j:
+                return self._slopes[way]
+        return 0.0
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
@@ -203,6 +206,10 @@ class World:
             if self._tops[self._ends[way]] >= 0 and self.adjacent(node, self._ends[way]):
                 return True
         return False
+
+    def hole_node(self, hole: int) -> int:
+        """Where a hole is."""
+        return self._hole_nodes[hole]
 
     def top_box(self, node: int) -> int:
         """The topmost box on `node`, or -1."""
