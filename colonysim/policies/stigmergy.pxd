@@ -29,9 +29,9 @@ cdef class Stigmergy:
     cdef tuple _way(self, LocalView view, int box, int hole, tuple planned=*, int count=*)
     cdef tuple _likely_way(self, LocalView view, int box, int hole, tuple way, tuple planned=*)
     cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
-    @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int)
+    @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int, requested=cython.bint)
     cdef Thought _choose(self, LocalView view, Kept memory, draw)
-    @cython.locals(box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple)
+    @cython.locals(box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple, some=cython.bint)
     cdef Thought _exploit(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
         i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,

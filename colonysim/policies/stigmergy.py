@@ -246,15 +246,15 @@ class Stigmergy:
     # -- without a box ---------------------------------------------------------------------------------------------
 
     def _choose(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
-        nodes, count = self._nodes, view.exits_into(self._nodes)
-        if self._two_node or (self._ask_to_clear and view.requests):
+        nodes, count, requested = self._nodes, view.exits_into(self._nodes), view.requested()
+        if self._two_node or (self._ask_to_clear and requested):
             every, count = count, 0
             for i in range(every):
                 j = nodes[i]
                 if not (self._two_node and view.crowded(j)) and not (self._ask_to_clear and view.wanted(j)):
                     nodes[count] = j
                     count += 1
-        if count and view.wanted(view.node):
+        if count and requested and view.wanted(view.node):
             return self._follow_distance(view, memory, draw, count)
         if draw() < memory.epsilon:
             return self._explore(view, memory, draw, count)
@@ -313,7 +313,9 @@ class Stigmergy:
 
     def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
         """Weighs B of the nearest box against D of the neighbours."""
-        box = view.find_box(memory.shunned, self._goal)
+        # With no hole in sight only a box at hand, whose holes can be smelt, or one that is sought has any targets.
+        some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
+        box = view.find_box(memory.shunned, self._goal) if some else -1
         if box < 0:
             return self._follow_distance(view, memory, draw, count)
         first = view.first

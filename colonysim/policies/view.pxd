@@ -4,6 +4,8 @@ from colonysim.pheromones.marks cimport Marks
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
+cdef int FEW
+
 
 cdef class FieldWindow:
     cdef LocalView _view
@@ -39,11 +41,15 @@ cdef class LocalView:
     cpdef int exits_into(self, int[::1] found) except -1
     cpdef bint free(self, int node) except? -1
     cpdef bint wanted(self, int node) except? -1
+    @cython.locals(requests=dict, node=int)
+    cpdef bint requested(self) except? -1
     cpdef list boxes(self)
     @cython.locals(node=int)
     cpdef int box_node(self, int box) except? -1
     @cython.locals(world=World)
     cpdef int held(self)
+    @cython.locals(world=World, way=int)
+    cpdef bint box_at_hand(self) except? -1
     @cython.locals(world=World, box=int)
     cpdef int box_beside(self, int neighbour) except? -1
     cpdef double box_height(self, int box) except? -1
@@ -51,6 +57,8 @@ cdef class LocalView:
     @cython.locals(level=double, world=World)
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
+    @cython.locals(sight=Sight)
+    cpdef bint hole_in_sight(self) except? -1
     @cython.locals(sight=Sight, count=int, k=int, hole=int)
     cpdef int holes_into(self, int[::1] found, int centre) except -1
     cpdef int hole_node(self, int hole) except? -1

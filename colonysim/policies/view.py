@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 __all__ = ["FieldWindow", "LocalView", "OutOfSightError"]
 
 
+FEW = 8
+"""More requests are not gone through one by one."""
+
+
 class OutOfSightError(LookupError):
     """A policy asked for something that its agent cannot know."""
 
@@ -234,10 +238,15 @@ class LocalView:
         asker = requests.get(node) if requests else None
         return asker is not None and asker != self.agent
 
-    @property
-    def requests(self) -> bool:
-        """Whether anybody asks for any node to be cleared; if not, there is no need to ask for each."""
-        return bool(self._world.clear_requests)
+    def requested(self) -> bool:
+        """Whether anybody may ask for the own node or a neighbour to be cleared; if not, none needs to be looked at."""
+        requests = self._world.clear_requests
+        if len(requests) > FEW:
+            return True
+        for node in requests:
+            if self.beside(node):
+                return True
+        return False
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
 
@@ -278,6 +287,16 @@ class LocalView:
         box = world._tops[neighbour] if world.adjacent(self.node, neighbour) else -1
         return box if box >= 0 and world.sight().surroundings.both(self.node, neighbour) else -1
 
+    def box_at_hand(self) -> bool:
+        """Whether there is a box on the own node or next to it."""
+        world = self._world
+        if world._tops[self.node] >= 0:
+            return True
+        for way in range(world._first[self.node], world._first[self.node + 1]):
+            if world._tops[world._ends[way]] >= 0:
+                return True
+        return False
+
     def beside_box(self, node: int) -> bool:
         """Whether a node is next to a box that stands next to the agent."""
         return self._world.beside_box(self.node, node)
@@ -293,6 +312,13 @@ class LocalView:
     def holes(self) -> tuple[int, ...]:
         """The keys of the holes within R, ascending."""
         return self._world.holes_near(self.node)
+
+    def hole_in_sight(self) -> bool:
+        """Whether there is a hole within R."""
+        if len(self._world._hole_nodes) == 0:
+            return False
+        sight = self._world.sight()
+        return sight.holes_first[self.node] < sight.holes_first[self.node + 1]
 
     def holes_into(self, found: array[int], centre: int) -> int:
         """Writes those of `holes` into `found` that lie within R of a visible node too; returns how many there are."""
