@@ -107,7 +107,7 @@ class Stigmergy:
 
     def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
         """Algorithm 9 for one agent."""
-        return self.think(view, memory, random.random).choice()
+        return self.think(view, memory, random.random).choice(view)
 
     def think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
         """`decide`, before it is put into words; `draw` is the stream's `random`."""
@@ -369,9 +369,9 @@ class Stigmergy:
             for node, beside in self._boxes_to_pass(view, memory).items():
                 nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
                 count += 1
-        if count == 0:  # whatever could give an idle agent something to do by changing
+        if count == 0:
             thought = thinking(memory)
-            thought.wait = Wait(view.around())
+            thought.idle = True
             return thought
         weigh(values, count, self._beta)
         i = pick(values, count, draw())

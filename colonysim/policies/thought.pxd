@@ -26,12 +26,12 @@ cdef class Thought:
     cdef public Memory memory
     cdef public object wait
     cdef public int node, box, hole, count
-    cdef public bint explored
+    cdef public bint explored, idle
     cdef public Options options
 
-    cpdef intent(self)
+    cpdef intent(self, view)
     @cython.locals(options=Options)
-    cpdef choice(self)
+    cpdef choice(self, view)
 
 
 @cython.locals(thought=Thought)

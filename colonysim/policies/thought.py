@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from colonysim.policies.policy import Choice
-from colonysim.world.intents import Push, Travel
+from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
     from colonysim.policies.paths import Way
-    from colonysim.world.intents import Intent, Wait
+    from colonysim.policies.view import LocalView
+    from colonysim.world.intents import Intent
 
 __all__ = ["Memory", "Options", "Thought", "remembering", "thinking"]
 
@@ -76,7 +77,8 @@ class Thought:
 
     Attributes:
         memory: The same.
-        wait: The wait that it has decided on, or None.
+        idle: Whether it waits for whatever could give it something to do by changing.
+        wait: Another wait that it has decided on, or None.
         node: Where it wants to go otherwise.
         box: The box it wants to take or push there, or -1.
         hole: The hole (key) which that box is meant for, or -1.
@@ -85,36 +87,39 @@ class Thought:
         options: These nodes, from the first on.
     """
 
-    __slots__ = ("box", "count", "explored", "hole", "memory", "node", "options", "wait")
+    __slots__ = ("box", "count", "explored", "hole", "idle", "memory", "node", "options", "wait")
 
     def __init__(self, memory: Memory) -> None:
         self.memory = memory
         self.wait: Wait | None = None
         self.node = self.box = self.hole = -1
-        self.explored = False
+        self.explored = self.idle = False
         self.count = 0
         self.options: Options | None = None
 
-    def intent(self) -> Intent:
-        """The decision as an intent."""
+    def intent(self, view: LocalView) -> Intent:
+        """The decision as an intent, given what the agent sees."""
+        if self.idle:
+            return Wait(view.around())
         if self.wait is not None:
             return self.wait
         return Travel(self.node) if self.box < 0 else Push(self.box, self.node, self.hole)
 
-    def choice(self) -> Choice:
+    def choice(self, view: LocalView) -> Choice:
         """The decision with what it was taken from."""
         options = self.options
         if options is None:
-            return Choice(self.intent(), self.memory, self.explored)
+            return Choice(self.intent(view), self.memory, self.explored)
         nodes, boxes = tuple(options.nodes[: self.count]), tuple(options.boxes[: self.count])
         chances = tuple(options.chances[: self.count])
-        return Choice(self.intent(), self.memory, self.explored, nodes, boxes, chances)
+        return Choice(self.intent(view), self.memory, self.explored, nodes, boxes, chances)
 
 
 def thinking(memory: Memory) -> Thought:
     """`Thought(memory)`, a little faster where it is compiled."""
     thought = Thought.__new__(Thought)
-    thought.memory, thought.explored, thought.count = memory, False, 0
+    thought.memory, thought.count = memory, 0
+    thought.explored = thought.idle = False
     thought.wait = thought.options = None
     thought.node = thought.box = thought.hole = -1
     return thought

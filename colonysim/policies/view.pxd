@@ -35,6 +35,7 @@ cdef class LocalView:
     cpdef bint sees(self, int node)
     cdef int _look_at(self, int node) except -1
     cpdef bint beside_box(self, int node) except? -1
+    @cython.locals(sight=Sight)
     cpdef tuple around(self)
     cpdef bint passable(self, int neighbour)
     cpdef list exits(self)

@@ -182,7 +182,8 @@ class LocalView:
 
     def around(self) -> tuple[int, ...]:
         """In order, the neighbours, those of theirs that are visible, and the nodes of the boxes and holes within R."""
-        return self._world.sight().around(self.node)
+        sight = self._world.sight()
+        return tuple(sorted(sight.found[: sight.around(self.node)]))
 
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""

@@ -1,9 +1,12 @@
 # The types of episode.py when it is compiled.
 cimport cython
+from colonysim.policies.thought cimport Thought
+from colonysim.policies.view cimport LocalView
 from colonysim.simulation.moments cimport Moments
 from colonysim.simulation.strides cimport Strides
 from colonysim.simulation.waiting cimport Waiting
 from colonysim.trace.rows cimport Rows
+from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
 cdef int NORMAL
@@ -34,8 +37,12 @@ cdef class Episode:
     cdef _expect(self, long long number, double seconds)
     @cython.locals(strides=Strides, number="long long", origin=int, target=int)
     cdef _moment(self)
-    @cython.locals(strides=Strides, seconds=double)
+    @cython.locals(strides=Strides, seconds=double, thought=Thought)
     cdef _stride(self, int agent)
     cdef _rest(self, int agent, wait)
     cpdef _rouse(self, int agent)
+    @cython.locals(view=LocalView)
     cdef _rested(self, int agent)
+    @cython.locals(sight=Sight, node=int, count=int, rows=Rows)
+    cdef _idle(self, int agent)
+    cpdef _deposit(self, str moment, int agent, int box=*, int hole=*, int left=*, int before=*)

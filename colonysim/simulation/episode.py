@@ -285,10 +285,17 @@ class Episode:
         if seconds >= 0.0:
             self._expect(agent, seconds)
             return
-        intent = strides.handed_back(agent)
-        if self._done(agent):
+        thought = strides.handed_back(agent)
+        if thought is None:
+            if self._done(agent):
+                return
+            intent = self._decide(agent).intent
+        elif thought.idle:
+            self._idle(agent)
             return
-        intent = self._attempt(agent, intent or self._decide(agent).intent)
+        else:
+            intent = thought.intent(self.views[agent])
+        intent = self._attempt(agent, intent)
         if isinstance(intent, Wait):
             self._rest(agent, intent)
         else:
@@ -321,6 +328,19 @@ class Episode:
             if wait.clear >= 0 and wait.clear not in world.clear_requests:
                 world.clear_requests[wait.clear], self.asks[agent] = agent, wait.clear
                 self.waiting.call(world.occupant[wait.clear])
+        self.since[agent] = self.now
+
+    def _idle(self, agent: int) -> None:
+        """`_rest` until anything around changes that could give the agent something to do."""
+        sight, node = self.world.sight(), self.world._agent_nodes[agent]
+        count, rows = sight.around(node), self.rows
+        self.waiting.begin_at(agent, sight.found, count)
+        if rows.kept or rows.hears_waits:
+            target = min(sight.found[:count], default=-1)
+            self.rows.event("wait", agent, "wait", node, target, step=self.steps[agent])
+        self._deposit("wait", agent)
+        if self.asks:
+            self._withdraw_request(agent)
         self.since[agent] = self.now
 
     def _rouse(self, agent: int) -> None:

@@ -57,8 +57,7 @@ cdef class Strides:
 
     cdef int way(self, int node, int target)
     cdef begin(self, int agent, int target, double now)
-    @cython.locals(thought=Thought)
-    cpdef handed_back(self, int agent)
+    cpdef Thought handed_back(self, int agent)
     @cython.locals(view=LocalView)
     cdef tell(self, int agent)
 

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from colonysim.policies.thought import Thought
     from colonysim.policies.view import LocalView
     from colonysim.trace.rows import Rows
-    from colonysim.world.intents import Intent
     from colonysim.world.state import World
 
 __all__ = ["Strides", "strides_of"]
@@ -203,7 +202,7 @@ class Strides:
         self.memories[agent] = thought.memory
         target, box, level, ends_at, pushed = thought.node, thought.box, world.level(agent), thought.node, False
         if thought.count and self.rows.kept:
-            choice = thought.choice()
+            choice = thought.choice(view)
             self.rows.decision(
                 agent, node, choice.explored, target, choice.targets, choice.boxes, choice.probabilities
             )
@@ -242,10 +241,9 @@ class Strides:
         self.target[agent], self.began[agent] = target, now
         self.steps[agent] += 1
 
-    def handed_back(self, agent: int) -> Intent | None:
+    def handed_back(self, agent: int) -> Thought | None:
         """What an agent has decided and not begun, if anything; once."""
-        thought = self.handed.pop(agent, None) if self.handed else None
-        return None if thought is None else thought.intent()
+        return self.handed.pop(agent, None) if self.handed else None
 
     def tell(self, agent: int) -> None:
         """Lets the view of an agent know if its step has just ended."""

@@ -1,3 +1,4 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
 """Who waits for a change on which nodes."""
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ __all__ = ["Waiting"]
 
 FEW = 64
 """Longer lists are cleared of waits that are over whenever they have become twice as long as after the last time."""
+NOTHING = -1
 _NOT, _ASLEEP, _CALLED = 0, 1, 2
 
 
 class Waiting:
     """The agents that wait, and the nodes whose change wakes them.
 
-    A wait has a number of its own (it tells the agent too), and is over when its agent has another: nothing has to be
-    taken out of the nodes' lists, which in a crowd are long and change all the time.
+    A wait has a number of its own (it tells the agent too), and is over when its agent has another: it need not be
+    taken out of the nodes' lists at once, which in a crowd are long and change all the time. The lists are chained
+    through flat arrays: `_next` of an entry is the next one of its node.
 
     Args:
         agents: How many agents there are.
@@ -32,25 +35,67 @@ class Waiting:
         self._count = 0
         self._states = bytearray(agents)
         self._waits = array("q", range(agents))
-        self._at: list[list[int] | None] = [None] * nodes
-        self._full = array("q", [FEW]) * nodes
+        self._first, self._last = array("i", [NOTHING]) * nodes, array("i", [NOTHING]) * nodes
+        self._long, self._full = array("i", [0]) * nodes, array("i", [FEW]) * nodes
+        self._next, self._wait = array("i", [NOTHING]) * FEW, array("q", [0]) * FEW
+        self._used, self._spare = 0, NOTHING
 
     def begin(self, agent: int, nodes: Iterable[int]) -> int:
         """An agent begins to wait for a change on one of the nodes, or to be called; returns the wait's number."""
+        wait = self._begin(agent)
+        for node in nodes:
+            if 0 <= node < len(self._first):  # what a policy names need not exist
+                self._add(node, wait)
+        return wait
+
+    def begin_at(self, agent: int, nodes: array[int], count: int) -> None:
+        """`begin` with the first `count` of some nodes that exist."""
+        wait = self._begin(agent)
+        for i in range(count):
+            self._add(nodes[i], wait)
+
+    def _begin(self, agent: int) -> int:
         self._states[agent] = _ASLEEP
         self._count += 1
-        wait = self._waits[agent]
-        for node in nodes:
-            if not 0 <= node < len(self._at):
-                continue  # what a policy names need not exist
-            waits = self._at[node]
-            if waits is None:
-                waits = self._at[node] = []
-            waits.append(wait)
-            if len(waits) >= self._full[node]:
-                waits = self._at[node] = [w for w in waits if self._waits[w % self._agents] == w]
-                self._full[node] = max(FEW, 2 * len(waits))
-        return wait
+        return self._waits[agent]
+
+    def _add(self, node: int, wait: int) -> None:
+        if self._long[node] >= self._full[node]:
+            self._clear(node)
+        entry = self._spare
+        if entry == NOTHING:
+            if self._used == len(self._next):
+                # Not in place: compiled code looks at the old arrays.
+                self._next, self._wait = array("i", bytes(self._next) * 2), array("q", bytes(self._wait) * 2)
+            entry = self._used
+            self._used += 1
+        else:
+            self._spare = self._next[entry]
+        self._next[entry], self._wait[entry] = NOTHING, wait
+        if self._first[node] == NOTHING:
+            self._first[node] = entry
+        else:
+            self._next[self._last[node]] = entry
+        self._last[node] = entry
+        self._long[node] += 1
+
+    def _clear(self, node: int) -> None:
+        """Takes the waits that are over out of the list of a node."""
+        entry, before = self._first[node], NOTHING
+        while entry != NOTHING:
+            after, wait = self._next[entry], self._wait[entry]
+            if self._waits[wait % self._agents] == wait:
+                before = entry
+            else:
+                if before == NOTHING:
+                    self._first[node] = after
+                else:
+                    self._next[before] = after
+                self._next[entry], self._spare = self._spare, entry
+                self._long[node] -= 1
+            entry = after
+        self._last[node] = before
+        self._full[node] = max(FEW, 2 * self._long[node])
 
     def waits(self, agent: int) -> bool:
         """Whether an agent waits, called or not."""
@@ -80,13 +125,14 @@ class Waiting:
         return self._wake_at(max(one, other)) or found
 
     def _wake_at(self, node: int) -> bool:
-        waits, found = self._at[node], False
-        if waits is not None:
-            for wait in waits:
-                agent = wait % self._agents
-                if self._waits[agent] == wait and self._states[agent] != _NOT:
-                    self.call(agent)
-                    found = True
+        entry, found = self._first[node], False
+        while entry != NOTHING:
+            wait = self._wait[entry]
+            agent = wait % self._agents
+            if self._waits[agent] == wait and self._states[agent] != _NOT:
+                self.call(agent)
+                found = True
+            entry = self._next[entry]
         return found
 
     def call(self, agent: int) -> None:

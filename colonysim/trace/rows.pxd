@@ -13,7 +13,7 @@ cdef class Rows:
     cdef Block _ended, _chosen, _marked
     cdef TraceWriter _writer
     cdef public list events
-    cdef readonly bint kept, hears_ends
+    cdef readonly bint kept, hears_ends, hears_waits
     cdef public double now
 
     cdef bint _heard(self, str kind)

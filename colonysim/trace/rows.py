@@ -34,12 +34,13 @@ class Rows:
         now: Simulated seconds, set by the simulation.
         kept: Whether there is a sink.
         hears_ends: Whether the events of ends are kept.
+        hears_waits: Whether those of waits are.
         events: Events that have not been taken yet.
     """
 
     __slots__ = (
         "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
-        "_writer", "events", "hears_ends", "kept", "now",
+        "_writer", "events", "hears_ends", "hears_waits", "kept", "now",
     )  # fmt: skip
 
     def __init__(
@@ -54,7 +55,7 @@ class Rows:
         self.kept = self._write is not None
         self._decisions = decisions and sink is not None
         self._kinds = kinds
-        self.hears_ends = self._heard("end")
+        self.hears_ends, self.hears_waits = self._heard("end"), self._heard("wait")
         ids = scenario.topology.ids
         # -1 ("none") must stay -1 when indices become numbers.
         self._numbers = array("q", (*ids, -1))

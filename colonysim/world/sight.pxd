@@ -11,7 +11,7 @@ cdef class Sight:
     cdef long long look, search
     cdef double reach, slack
     cdef double[::1] lengths, rises, surface, box_base, far, heap_far
-    cdef int[::1] first, ends, near, scratch, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
+    cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
     cdef int[::1] holes_first, hole_keys, queue
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
@@ -30,8 +30,8 @@ cdef class Sight:
     cpdef tuple holes(self, int node)
     @cython.locals(filled="int[::1]", found="int[::1]", k=int, node=int, key=int, i=int)
     cpdef fill_holes(self, holes)
-    @cython.locals(look="long long", found=list, way=int, i=int, onward=int, j=int, k=int)
-    cpdef tuple around(self, int node)
+    @cython.locals(look="long long", found="int[::1]", count=int, way=int, i=int, onward=int, j=int, k=int)
+    cpdef int around(self, int node)
 
     @cython.locals(at=int, base=double, way=int, j=int, count=int)
     cpdef int pushes(self, int node, int box, int barred, int[::1] found)

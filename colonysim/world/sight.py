@@ -46,6 +46,7 @@ class Sight:
         # on, then other neighbours.
         self.centre, self.look, self.at, self.within, self.step = -1, 0, 0, 0, -1
         self.scratch, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
+        self.found = array("i", bytes(4 * most))
         self.near = self.surroundings.nodes if self.surroundings.kept else self.scratch
         self.fill_holes(scenario.holes)
         # The search: for each node how far it is, and by which node one comes there (or which step was the first).
@@ -125,28 +126,30 @@ class Sight:
                 self.hole_keys[filled[node]] = key
                 filled[node] += 1
 
-    def around(self, node: int) -> tuple[int, ...]:
-        """In order, the neighbours of `node`, theirs that are in sight, and the nodes of boxes and holes near."""
+    def around(self, node: int) -> int:
+        """Writes the neighbours of `node`, theirs in sight, and the nodes of boxes and holes near into `found`.
+
+        Returns how many there are; they come in no order.
+        """
         self.turn(node)
-        look, found = self.look, []
+        look, found, count = self.look, self.found, 0
         self.search += 1
         for way in range(self.first[node], self.first[node + 1]):
             i = self.ends[way]
             if self.reached[i] != self.search:
-                self.reached[i] = self.search
-                found.append(i)
+                self.reached[i], found[count] = self.search, i
+                count += 1
             for onward in range(self.first[i], self.first[i + 1]):
                 j = self.ends[onward]
                 if self.seen[j] == look and self.reached[j] != self.search:
-                    self.reached[j] = self.search
-                    found.append(j)
+                    self.reached[j], found[count] = self.search, j
+                    count += 1
         for k in range(self.at, self.at + self.within):
             j = self.near[k]
             if (self.top[j] >= 0 or self.hole_at[j] >= 0) and self.reached[j] != self.search:
-                self.reached[j] = self.search
-                found.append(j)
-        found.sort()
-        return tuple(found)
+                self.reached[j], found[count] = self.search, j
+                count += 1
+        return count
 
     # -- ways ------------------------------------------------------------------------------------------------------
 
