@@ -1,7 +1,7 @@
 # The types of waiting.py when it is compiled.
 cimport cython
 
-cdef int FEW, NOTHING, _NOT, _ASLEEP, _CALLED
+cdef int NOTHING, _NOT, _ASLEEP, _CALLED
 
 
 @cython.final
