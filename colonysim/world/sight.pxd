@@ -9,7 +9,7 @@ cdef class Sight:
     cdef Near surroundings
     cdef readonly int step
     cdef long long look, search
-    cdef double reach, slack
+    cdef double reach, slack, shortest
     cdef double[::1] lengths, rises, surface, box_base, far, heap_far
     cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
     cdef int[::1] holes_first, hole_keys, queue
@@ -43,6 +43,8 @@ cdef class Sight:
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, way=int, j=int, through=double, step=int,
     )
     cpdef int nearest_box(self, int agent, int node, double level, int shunned, int barred, others=*) except? -2
+    @cython.locals(base=double, reach=double, way=int, i=int, here=double)
+    cdef bint graspable(self, int at, int node, double level) noexcept
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
     @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)

@@ -37,6 +37,7 @@ class Sight:
         size, self.surroundings = len(topology), near(topology, scenario.detection_radius)
         self.size, self.reach, self.slack = size, scenario.reach, SAME_HEIGHT
         self.first, self.ends, self.lengths, self.rises = topology.edges
+        self.shortest = min(topology.edges.lengths, default=0.0)
         self.forbidden = bytearray(len(self.ends))
         for i, j in scenario.no_push:
             if j in topology.neighbours[i]:
@@ -202,7 +203,7 @@ class Sight:
             box = top[at]
             if box >= 0 and box != shunned:
                 claim = self.box_claim[box]
-                if claim == -1 or claim == agent:
+                if (claim == -1 or claim == agent) and (at == node or self.graspable(at, node, level)):
                     wanted[at] = search
                     some = True
         if not some:
@@ -225,7 +226,7 @@ class Sight:
             head = head + 1 if head + 1 < room else 0
             self.done[i] = 0
             far, first = self.far[i], self.via[i]
-            if best_node >= 0 and far > best:
+            if best_node >= 0 and far + self.shortest > best:
                 continue
             here = level if i == node else self.surface[i]
             for way in range(self.first[i], self.first[i + 1]):
@@ -246,7 +247,7 @@ class Sight:
                     )
                 ):
                     best, best_node, best_first = through, j, step
-                if j == barred or not self.follows(here, way):
+                if j == barred or not self.follows(here, way) or (best_node >= 0 and through + self.shortest > best):
                     continue
                 if (
                     self.reached[j] != search
@@ -259,6 +260,16 @@ class Sight:
                         tail = tail + 1 if tail + 1 < room else 0
         self.step = best_first
         return -1 if best_node < 0 else top[best_node]
+
+    def graspable(self, at: int, node: int, level: float) -> bool:
+        """Whether the box on top of `at` is level with a neighbouring node: one that has sunk into a hole is not."""
+        base, reach = self.box_base[self.top[at]], self.reach
+        for way in range(self.first[at], self.first[at + 1]):
+            i = self.ends[way]
+            here = level if i == node else self.surface[i]
+            if -reach < base - here + self.rises[way] < reach:
+                return True
+        return False
 
     def way_to(
         self, node: int, box: int, end: int, barred: int, avoided: Collection[tuple[int, int]]
