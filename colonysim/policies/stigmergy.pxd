@@ -13,7 +13,7 @@ cdef class Stigmergy:
     cdef Options _options
     cdef double _beta, _patience, _least, _reach
     cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past
-    cdef int[::1] _nodes, _boxes, _pushes, _holes
+    cdef int[::1] _nodes, _boxes, _pushes, _beside, _holes
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
 
@@ -55,14 +55,13 @@ cdef class Stigmergy:
     )
     cdef int _candidates(self, LocalView view, Kept memory, int box, int at, bint beside, int pushable) except -1
     @cython.locals(
-        box=int, j=int, i=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
+        box=int, j=int, i=int, beside="int[::1]", nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
         thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
     cdef Thought _explore(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
     cdef Thought _weighed(self, Thought thought, int count)
-    @cython.locals(some=cython.bint, j=int)
     cdef dict _boxes_to_pass(self, LocalView view, Kept memory)
     @cython.locals(at=int, thought=Thought)
     cdef Thought _claim(self, LocalView view, Kept memory, int box, int hole, tuple way)

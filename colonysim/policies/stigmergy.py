@@ -50,12 +50,14 @@ class Stigmergy:
         self._tries = -1 if s.tries is None else s.tries
         # What a choice is between: all neighbours and the boxes on them at worst. Written anew at each decision, as
         # is what follows.
-        neighbours = scenario.topology.neighbours
-        room, holes = 2 * max(map(len, neighbours), default=0) + 1, len(scenario.holes)
+        room, holes = 2 * scenario.topology.most_neighbours + 1, len(scenario.holes)
         self._options = Options(room)
         self._nodes, self._boxes, self._values = self._options.nodes, self._options.boxes, self._options.chances
-        # Where a box could be pushed, and the holes that it might be for, each marked once and what it is worth.
-        self._pushes, self._holes = array("i", [0]) * room, array("i", [0]) * holes
+        # Where a box could be pushed, the neighbours that have one, and the holes that it might be for, each marked
+        # once and what it is worth.
+        self._pushes, self._beside, self._holes = (
+            array("i", [0]) * room, array("i", [0]) * room, array("i", [0]) * holes
+        )  # fmt: skip
         self._marked, self._worths = bytearray(holes), array("d", [0.0]) * holes
 
     def fields(self, world: World) -> Mapping[str, Field]:
@@ -173,7 +175,7 @@ class Stigmergy:
                 return rest
         if count < 0:
             count = view.pushes_into(box, self._goal, self._pushes)
-        trail, pushes = view.fields["H"], self._pushes
+        trail, pushes = view.h, self._pushes
         best, best_scent = -1, trail.read(at, hole)
         for i in range(count):
             scent = trail.read(pushes[i], hole)
@@ -228,7 +230,7 @@ class Stigmergy:
         count = view.holes_into(holes, at if self._from_box else view.node)
         for i in range(count):
             marked[holes[i]] = 1
-        trail = view.fields["H"]
+        trail = view.h
         for i in range(pushable):
             count = trail.gather(self._pushes[i], holes, count, marked)
         if memory.sought == box and not marked[memory.hole]:
@@ -266,9 +268,10 @@ class Stigmergy:
         for i in range(count):
             boxes[i] = -1
         targets: dict[int, list[tuple[int, Way]]] = {}
-        for j in view.neighbours:
-            box = view.box_beside(j)
-            if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box) and self._allowed(view, j):
+        beside = self._beside
+        for i in range(view.boxes_beside(beside)):
+            j, box = beside[i], view.top_box(beside[i])
+            if box != memory.shunned and view.graspable_from(view.node, box) and self._allowed(view, j):
                 found = self._targets(view, memory, box, j)
                 if found:
                     targets[j] = found
@@ -280,7 +283,7 @@ class Stigmergy:
             )
         if count == 0:
             return self._follow_distance(view, memory, draw, count)
-        crowding = view.fields["E"]
+        crowding = view.e
         for i in range(count):
             values[i] = -crowding.read(nodes[i])
         weigh(values, count, self._beta)
@@ -324,7 +327,7 @@ class Stigmergy:
         found = self._targets(view, memory, box, first)
         if not found:
             return self._follow_distance(view, memory, draw, count)
-        worth, worths, chosen = view.fields["B"], self._worths, 0
+        worth, worths, chosen = view.b, self._worths, 0
         if len(found) > 1:
             for i, (hole, _) in enumerate(found):
                 worths[i] = worth.at(box, hole)
@@ -359,7 +362,7 @@ class Stigmergy:
             way: The box's way there.
         """
         nodes, boxes, values, options = self._nodes, self._boxes, self._values, count
-        nearness = view.fields["D"]
+        nearness = view.d
         for i in range(options):
             boxes[i], values[i] = -1, nearness.read(nodes[i])
         if box >= 0:
@@ -405,10 +408,7 @@ class Stigmergy:
 
     def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
         """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""
-        some = False
-        for j in view.neighbours:
-            some = some or view.box_beside(j) >= 0
-        if not some:
+        if view.boxes_beside(self._beside) == 0:
             return {}
         beside = {view.box_node(box): box for box in view.boxes() if box != memory.shunned}
         return {

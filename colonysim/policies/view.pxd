@@ -6,6 +6,8 @@ from colonysim.world.state cimport World
 
 cdef int FEW
 
+cdef class LocalView
+
 
 cdef class FieldWindow:
     cdef LocalView _view
@@ -29,6 +31,7 @@ cdef class LocalView:
     cdef public double radius, edge_seconds, waited
     cdef public dict fields
     cdef public bint foresees
+    cdef public FieldWindow d, b, h, e
 
     cpdef look(self)
     cpdef bint beside(self, int node) except? -1
@@ -51,8 +54,9 @@ cdef class LocalView:
     cpdef int held(self)
     @cython.locals(world=World, way=int)
     cpdef bint box_at_hand(self) except? -1
-    @cython.locals(world=World, box=int)
-    cpdef int box_beside(self, int neighbour) except? -1
+    cpdef int top_box(self, int node) except? -2
+    @cython.locals(world=World, count=int, way=int, j=int)
+    cpdef int boxes_beside(self, int[::1] found) except -1
     cpdef double box_height(self, int box) except? -1
     cpdef bint on_top(self, int box) except? -1
     @cython.locals(level=double, world=World)

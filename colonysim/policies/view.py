@@ -102,6 +102,10 @@ class LocalView:
     Attributes:
         agent: The agent's number.
         fields: The readable part of each pheromone field, by name.
+        d: That of D, None if the policy has no such field; as are the next.
+        b: That of B.
+        h: That of H.
+        e: That of E.
         radius: The detection radius R, graph units.
         foresees: Whether the backend can tell about more than the next push.
         edge_seconds: Typical simulated seconds of a travelled edge: the unit in which patience is counted.
@@ -113,7 +117,7 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "edge_seconds", "failures", "fields", "first", "foresees", "node",
+        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "first", "foresees", "h", "node",
         "radius", "refused", "waited",
     )  # fmt: skip
 
@@ -125,6 +129,7 @@ class LocalView:
         self.agent = agent
         self.radius = world.scenario.detection_radius
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
+        self.d, self.b, self.h, self.e = (self.fields.get(name) for name in "DBHE")
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
@@ -282,11 +287,20 @@ class LocalView:
         box = world._agent_boxes[self.agent]
         return box if box >= 0 and world.box_claim[box] == self.agent else -1
 
-    def box_beside(self, neighbour: int) -> int:
-        """The topmost box on a neighbour that lies within R, or -1."""
-        world = self._world
-        box = world._tops[neighbour] if world.adjacent(self.node, neighbour) else -1
-        return box if box >= 0 and world.sight().surroundings.both(self.node, neighbour) else -1
+    def top_box(self, node: int) -> int:
+        """The topmost box on a visible node, or -1."""
+        self._look_at(node)
+        return self._world._tops[node]
+
+    def boxes_beside(self, found: array[int]) -> int:
+        """Writes the neighbours that lie within R and have a box into `found`; returns how many there are."""
+        world, count = self._world, 0
+        for way in range(world._first[self.node], world._first[self.node + 1]):
+            j = world._ends[way]
+            if world._tops[j] >= 0 and world.sight().surroundings.both(self.node, j):
+                found[count] = j
+                count += 1
+        return count
 
     def box_at_hand(self) -> bool:
         """Whether there is a box on the own node or next to it."""

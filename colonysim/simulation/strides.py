@@ -134,7 +134,7 @@ class Strides:
         self.handed: dict[int, Thought] = {}
         self.moved = bytearray(agents)
         # What a choice is between: the ways' places in `ends`, the nodes, and their chances.
-        most = max(map(len, topology.neighbours), default=0)
+        most = topology.most_neighbours
         self.ways, self.options, self.chances = (
             array("i", [0]) * most, array("i", [0]) * most, array("d", [0.0]) * most
         )  # fmt: skip

@@ -8,7 +8,6 @@ compiles this file where there is a C compiler (`hatch_build.py`); `sight.pxd` s
 from __future__ import annotations
 
 from array import array
-from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from colonysim.world.near import near
@@ -42,7 +41,7 @@ class Sight:
         for i, j in scenario.no_push:
             if j in topology.neighbours[i]:
                 self.forbidden[self.first[i] + topology.neighbours[i].index(j)] = 1
-        most = self.surroundings.most + max(map(len, topology.neighbours), default=0)
+        most = self.surroundings.most + topology.most_neighbours
         # Where we look from, and what is seen from there: first the nodes within the radius, those in `near` from `at`
         # on, then other neighbours.
         self.centre, self.look, self.at, self.within, self.step = -1, 0, 0, 0, -1
@@ -54,7 +53,7 @@ class Sight:
         self.search = self.waiting = 0
         self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
         self.reached, self.done, self.wanted = (array("q", bytes(8 * size)) for _ in range(3))
-        room = min(most * max(map(len, topology.neighbours), default=0), len(self.ends)) + 1
+        room = min(most * topology.most_neighbours, len(self.ends)) + 1
         self.heap_far, self.heap_node = array("d", bytes(8 * room)), array("i", bytes(4 * room))
         self.queue = array("i", bytes(4 * (most + 1)))
         self.left, self.right = array("i", bytes(4 * most)), array("i", bytes(4 * most))
@@ -119,8 +118,11 @@ class Sight:
         for hole in holes:
             for k in range(self.surroundings.gather(hole.node, found)):
                 filled[found[k] + 1] += 1
-        filled = array("i", accumulate(filled))
-        self.holes_first, self.hole_keys = array("i", filled), array("i", bytes(4 * filled[self.size]))
+        self.holes_first = array("i", bytes(4 * self.size + 4))
+        for node in range(self.size):
+            filled[node + 1] += filled[node]
+            self.holes_first[node + 1] = filled[node + 1]
+        self.hole_keys = array("i", bytes(4 * filled[self.size]))
         for key, hole in enumerate(holes):
             for k in range(self.surroundings.gather(hole.node, found)):
                 node = found[k]

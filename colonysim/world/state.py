@@ -86,13 +86,14 @@ class World:
         self._hole_nodes = array("i", [hole.node for hole in scenario.holes])
         self._rims, self._box_heights = array("d", [hole.rim for hole in scenario.holes]), self.box_height
         self._first, self._ends, self._lengths, self._slopes = scenario.topology.edges
-        self._floors = array("d", scenario.topology.z)
+        floors = array("d", scenario.topology.z)
+        self._floors = floors
         self._reach, self._no_push = scenario.reach, scenario.no_push
         self._sight: Sight | None = None
         # Allocated once: a reset fills them anew, and who has taken hold of them need not do so again.
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.surface, self.top, self.occupant, self.node_holder = (
-            array("d", self._floors), array("i", [-1]) * size, array("i", [-1]) * size, array("i", [-1]) * size
+            floors[:], array("i", [-1]) * size, array("i", [-1]) * size, array("i", [-1]) * size
         )  # fmt: skip
         self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
         self.box_claim, self.box_stray = [-1] * boxes, [False] * boxes

@@ -118,6 +118,11 @@ class Topology:
         )
 
     @cached_property
+    def most_neighbours(self) -> int:
+        """How many neighbours a node has at most."""
+        return max(map(len, self.neighbours), default=0)
+
+    @cached_property
     def edge_count(self) -> int:
         """The number of undirected edges."""
         return sum(len(others) for others in self.neighbours) // 2
