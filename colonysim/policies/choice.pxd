@@ -3,7 +3,7 @@ cimport cython
 from colonysim.exact cimport exp
 
 @cython.locals(top=double, total=double, i=int)
-cpdef void weigh(double[::1] values, int count, double beta)
+cpdef void weigh(double[::1] values, int count, double beta) noexcept
 
 @cython.locals(i=int, last=int)
-cpdef int pick(double[::1] chances, int count, double rest)
+cpdef int pick(double[::1] chances, int count, double rest) noexcept

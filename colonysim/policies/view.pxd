@@ -4,8 +4,6 @@ from colonysim.pheromones.marks cimport Marks
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
-cdef int FEW
-
 cdef class LocalView
 
 
@@ -45,7 +43,6 @@ cdef class LocalView:
     cpdef int exits_into(self, int[::1] found) except -1
     cpdef bint free(self, int node) except? -1
     cpdef bint wanted(self, int node) except? -1
-    @cython.locals(requests=dict, node=int)
     cpdef bint requested(self) except? -1
     cpdef list boxes(self)
     @cython.locals(node=int)

@@ -18,10 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["FieldWindow", "LocalView", "OutOfSightError"]
 
 
-FEW = 8
-"""More requests are not gone through one by one."""
-
-
 class OutOfSightError(LookupError):
     """A policy asked for something that its agent cannot know."""
 
@@ -246,13 +242,7 @@ class LocalView:
 
     def requested(self) -> bool:
         """Whether anybody may ask for the own node or a neighbour to be cleared; if not, none needs to be looked at."""
-        requests = self._world.clear_requests
-        if len(requests) > FEW:
-            return True
-        for node in requests:
-            if self.beside(node):
-                return True
-        return False
+        return self._world.requested_near(self.node)
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
 

@@ -34,6 +34,8 @@ cdef class Episode:
         priority=int, number="long long", head=tuple,
     )
     cdef bint _go_on(self) except? -1
+    @cython.locals(views=list, view=LocalView, edge_seconds=double)
+    cdef _prepare(self, number, memories, streams, synchronous)
     cdef _expect(self, long long number, double seconds)
     @cython.locals(strides=Strides, number="long long", origin=int, target=int)
     cdef _moment(self)

@@ -52,6 +52,12 @@ class _Environment(simpy.Environment):
         self.queue: list[Any] = self._queue  # (time, priority, number, event)
         self.numbers = self._eid
 
+    def restart(self) -> None:
+        """It is 0 o'clock, and nothing is due."""
+        self._now = 0.0
+        self.queue.clear()
+        self.moments.clear()
+
     def at(self, now: float) -> None:
         """It is so late now, though no event has come."""
         self._now = now
@@ -93,6 +99,10 @@ class Episode:
         self.goal, self.max_steps, self.stall = scenario.goal, scenario.max_steps, scenario.stall_seconds
         self.limit = inf if scenario.time_limit is None else scenario.time_limit
         self.steps, self.since = array("i", [0]) * len(views), array("d", [0.0]) * len(views)
+        self.env = _Environment()
+        self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
+        self.waiting = Waiting(len(views), len(world.topology), self._rouse)
+        self.asks: dict[int, int] = {}
         self.visit = Visit()
         self.strides: Strides | None = None
         self.asked_for_strides = False
@@ -100,27 +110,28 @@ class Episode:
     # -- the episode -----------------------------------------------------------------------------------------------
 
     def _prepare(self, number: int, memories: list[Any], streams: Streams, synchronous: bool) -> None:
-        world, views = self.world, self.views
+        views = self.views
         self.number, self.memories = number, memories
-        self.env = _Environment()
-        self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
+        self.env.restart()
+        self.waiting.clear()
         self.clock = Clock(self.env, self.backend, self._latest)
-        self.waiting = Waiting(len(views), len(world.topology), self._rouse)
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
-        self.steps[:] = array("i", [0]) * len(views)
+        for agent in range(len(views)):
+            self.steps[agent] = 0
         self.now = self.due = self.last_outcome = 0.0
         self.stuck = False
         self.finished: set[int] = set()
-        self.asks: dict[int, int] = {}
+        self.asks.clear()
         self.resting: dict[int, simpy.Event] = {}
+        edge_seconds = self.backend.edge_seconds
         for view in views:
-            view.edge_seconds = self.backend.edge_seconds
-            view.waited, view.refused, view.failures = 0.0, None, 0
+            view.edge_seconds, view.waited, view.refused, view.failures = edge_seconds, 0.0, None, 0
         if not synchronous and not self.asked_for_strides:
             self.asked_for_strides = True
             self.strides = strides_of(
-                world, self.fields, self.backend, self.policy, views, self.steps, self.rows, self._withdraw_request
-            )
+                self.world, self.fields, self.backend, self.policy, views, self.steps, self.rows, self.asks,
+                self._withdraw_request,
+            )  # fmt: skip
         if self.strides is not None:
             self.strides.prepare(memories, self.random)
 
@@ -326,7 +337,8 @@ class Episode:
             # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
             # would not stop otherwise.
             if wait.clear >= 0 and wait.clear not in world.clear_requests:
-                world.clear_requests[wait.clear], self.asks[agent] = agent, wait.clear
+                world.ask(agent, wait.clear)
+                self.asks[agent] = wait.clear
                 self.waiting.call(world.occupant[wait.clear])
         self.since[agent] = self.now
 
@@ -360,7 +372,7 @@ class Episode:
         """Asks for no node any more; who kept off it may go there now."""
         requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
         if requests.get(node) == agent:
-            del requests[node]
+            self.world.unask(node)
             self.waiting.wake((node,))
 
     # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
@@ -393,7 +405,8 @@ class Episode:
                 yield self.env.all_of(list(actions.values()))
             else:
                 yield self.env.timeout(self.backend.edge_seconds)
-            self.world.clear_requests.clear()
+            for node in list(self.world.clear_requests):
+                self.world.unask(node)
             for agent, choice in choices.items():
                 if agent in moving:
                     outcome: Outcome = actions[agent].value  # type: ignore[assignment]
@@ -401,7 +414,8 @@ class Episode:
                 else:
                     self.steps[agent] += 1
                     clear = choice.intent.clear if isinstance(choice.intent, Wait) else -1
-                    if clear >= 0 and self.world.clear_requests.setdefault(clear, agent) == agent:
+                    if clear >= 0 and clear not in self.world.clear_requests:
+                        self.world.ask(agent, clear)
                         self.asks[agent] = clear
 
     def _tick_waits(self, agent: int, wait: Wait) -> None:

@@ -12,6 +12,7 @@ cdef class Moments:
     cdef double[::1] _times
     cdef long long[::1] _numbers, _whats
 
+    cpdef clear(self)
     @cython.locals(times="double[::1]", numbers="long long[::1]", whats="long long[::1]", place=int, above=int)
     cpdef void put(self, double time, long long number, long long what)
     @cython.locals(

@@ -26,6 +26,10 @@ class Moments:
         self._times, self._numbers, self._whats = array("d", bytes(8 * FEW)), array("q", bytes(8 * FEW)), array("q", bytes(8 * FEW))
         self.time, self.number = NEVER, -1
 
+    def clear(self) -> None:
+        """Nothing is due any more."""
+        self._count, self.time, self.number = 0, NEVER, -1
+
     def put(self, time: float, number: int, what: int) -> None:
         """Something will be due.
 

@@ -26,7 +26,7 @@ cdef class Strides:
     cdef unsigned char[::1] official, known, visited, moved
     cdef Draws jitters
     cdef list reserved, memories, views, draw
-    cdef dict clear_requests, handed
+    cdef dict clear_requests, handed, asks
     cdef object travels, pushes, visit, withdraw
     cdef object backend
     cdef BoxWorth worth

@@ -51,6 +51,7 @@ def strides_of(
     views: list[LocalView],
     steps: array[int],
     rows: Rows,
+    asks: dict[int, int],
     withdraw: Callable[[int], None],
 ) -> Strides | None:
     """The strides of a run's episodes, or None if they would not do what policy, fields or backend say."""
@@ -66,7 +67,7 @@ def strides_of(
         return None
     if s.collision != "reservation" or s.epsilon_per != "episode" or s.updates != "occupied":
         return None
-    return Strides(world, fields, backend, policy, views, steps, rows, withdraw)
+    return Strides(world, fields, backend, policy, views, steps, rows, asks, withdraw)
 
 
 def _overrides(thing: object) -> bool:
@@ -85,7 +86,8 @@ class Strides:
         views: What each agent sees.
         steps: Steps each agent has begun, shared with the episode.
         rows: The trace.
-        withdraw: Called when an agent that may have asked for a node to be cleared acts.
+        asks: The node that an agent asks to be cleared, by agent.
+        withdraw: Called when an agent that asks acts.
     """
 
     def __init__(
@@ -97,10 +99,11 @@ class Strides:
         views: list[LocalView],
         steps: array[int],
         rows: Rows,
+        asks: dict[int, int],
         withdraw: Callable[[int], None],
     ) -> None:
         scenario, topology, settings = world.scenario, world.topology, policy.settings
-        self.world, self.policy, self.withdraw = world, policy, withdraw
+        self.world, self.policy, self.asks, self.withdraw = world, policy, asks, withdraw
         self.goal, self.max_steps, self.reach = scenario.goal, scenario.max_steps, scenario.reach
         self.first, self.ends, self.lengths, self.rises = topology.edges
         self.surface, self.occupant, self.node_holder = world.surface, world.occupant, world.node_holder
@@ -221,7 +224,7 @@ class Strides:
             return -1.0
         self.begin(agent, target, now)
         self.box[agent], self.hole[agent], self.ends_at[agent] = box, thought.hole, ends_at
-        if self.clear_requests:
+        if self.asks and agent in self.asks:
             self.withdraw(agent)
         if world.claim(agent, box):
             self.mark("claim", agent, box, thought.hole, -1, -1)

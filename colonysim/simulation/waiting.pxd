@@ -13,6 +13,8 @@ cdef class Waiting:
     cdef long long _agents, _count
     cdef int _used, _spare
 
+    @cython.locals(agent=int, node=int)
+    cpdef clear(self)
     @cython.locals(wait="long long", node=cython.Py_ssize_t)
     cpdef long long begin(self, int agent, nodes) except *
     @cython.locals(wait="long long", i=int)
@@ -21,7 +23,7 @@ cdef class Waiting:
     @cython.locals(entry=int)
     cdef _add(self, int node, long long wait)
     @cython.locals(entry=int, before=int, after=int, wait="long long")
-    cdef _clear(self, int node)
+    cdef _sweep(self, int node)
     cpdef bint waits(self, int agent)
     cpdef end(self, int agent)
     @cython.locals(found=cython.bint, node=cython.Py_ssize_t)

@@ -32,13 +32,19 @@ class Waiting:
 
     def __init__(self, agents: int, nodes: int, rouse: Callable[[int], None]) -> None:
         self._agents, self._rouse = agents, rouse
-        self._count = 0
-        self._states = bytearray(agents)
-        self._waits = array("q", range(agents))
+        self._states, self._waits = bytearray(agents), array("q", range(agents))
         self._first, self._last = array("i", [NOTHING]) * nodes, array("i", [NOTHING]) * nodes
         self._long, self._full = array("i", [0]) * nodes, array("i", [FEW]) * nodes
         self._next, self._wait = array("i", [NOTHING]) * FEW, array("q", [0]) * FEW
-        self._used, self._spare = 0, NOTHING
+        self._count, self._used, self._spare = 0, 0, NOTHING
+
+    def clear(self) -> None:
+        """Nobody waits any more, and nobody is called."""
+        self._count, self._used, self._spare = 0, 0, NOTHING
+        for agent in range(self._agents):
+            self._states[agent], self._waits[agent] = _NOT, agent
+        for node in range(len(self._first)):
+            self._first[node], self._long[node], self._full[node] = NOTHING, 0, FEW
 
     def begin(self, agent: int, nodes: Iterable[int]) -> int:
         """An agent begins to wait for a change on one of the nodes, or to be called; returns the wait's number."""
@@ -61,7 +67,7 @@ class Waiting:
 
     def _add(self, node: int, wait: int) -> None:
         if self._long[node] >= self._full[node]:
-            self._clear(node)
+            self._sweep(node)
         entry = self._spare
         if entry == NOTHING:
             if self._used == len(self._next):
@@ -79,7 +85,7 @@ class Waiting:
         self._last[node] = entry
         self._long[node] += 1
 
-    def _clear(self, node: int) -> None:
+    def _sweep(self, node: int) -> None:
         """Takes the waits that are over out of the list of a node."""
         entry, before = self._first[node], NOTHING
         while entry != NOTHING:

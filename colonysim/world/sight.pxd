@@ -19,7 +19,7 @@ cdef class Sight:
     cdef dict stacks
 
     @cython.locals(look="long long", near="int[::1]", seen="long long[::1]", k=int, way=int)
-    cdef void turn(self, int node)
+    cdef void turn(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
     @cython.locals(k=int)
     cpdef bint sees_box(self, int node)

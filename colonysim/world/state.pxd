@@ -14,6 +14,8 @@ cdef class World:
     cdef int[::1] _first, _ends, _hole_nodes
     cdef int[::1] _occupants, _holders, _tops, _box_nodes, _agent_nodes, _agent_boxes
     cdef Sight _sight
+    cdef int _requests
+    cdef int[::1] _requests_near
 
     @cython.locals(box=int)
     cpdef double level(self, int agent)
@@ -40,6 +42,9 @@ cdef class World:
     cpdef Sight sight(self)
     cpdef list boxes_near(self, int node)
     cpdef tuple holes_near(self, int node)
+    @cython.locals(way=int)
+    cdef _count_request(self, int node, int more)
+    cpdef bint requested_near(self, int node)
     cpdef list _free_held(self, int agent)
     @cython.locals(claimed=cython.bint, held=int)
     cpdef bint claim(self, int agent, int pushed)

@@ -68,7 +68,7 @@ class World:
 
     __slots__ = (
         "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
-        "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_rims",
+        "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_requests", "_requests_near", "_rims",
         "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
         "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
@@ -105,6 +105,7 @@ class World:
         self.edge_holder: dict[tuple[int, int], int] = {}
         self.stacks: dict[int, list[int]] = {}
         self.clear_requests: dict[int, int] = {}
+        self._requests, self._requests_near = 0, array("i", [0]) * size
         self._bind()
         self.reset()
 
@@ -116,6 +117,10 @@ class World:
             array_of_nodes[:] = nowhere * len(array_of_nodes)
         for part in (self.edge_holder, self.stacks, self.clear_requests):
             part.clear()
+        if self._requests:
+            self._requests = 0
+            for node in range(len(self._requests_near)):
+                self._requests_near[node] = 0
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.box_claim[:], self.box_stray[:] = [-1] * boxes, [False] * boxes
         for box, start in enumerate(scenario.boxes):
@@ -140,6 +145,7 @@ class World:
         for name in _STATE:
             setattr(twin, name, deepcopy(getattr(self, name), memo))
         twin._bind()
+        twin._requests = 0  # what has been copied is looked up
         return twin
 
     # -- the rules of the place ------------------------------------------------------------------------------------
@@ -269,6 +275,28 @@ class World:
     def seated(self) -> int:
         """How many boxes lie in a hole."""
         return sum(len(self.stacks.get(hole.node, ())) for hole in self.scenario.holes)
+
+    # -- requests ----------------------------------------------------------------------------------------------------
+
+    def ask(self, agent: int, node: int) -> None:
+        """A carrier asks for a node, for which nobody asks yet, to be cleared."""
+        self.clear_requests[node] = agent
+        self._count_request(node, 1)
+
+    def unask(self, node: int) -> None:
+        """Nobody asks for a node any more."""
+        del self.clear_requests[node]
+        self._count_request(node, -1)
+
+    def _count_request(self, node: int, more: int) -> None:
+        self._requests += more
+        self._requests_near[node] += more
+        for way in range(self._first[node], self._first[node + 1]):
+            self._requests_near[self._ends[way]] += more
+
+    def requested_near(self, node: int) -> bool:
+        """Whether anybody may ask for a node or a neighbour of it; if not, none needs to be looked up."""
+        return self._requests_near[node] > 0 or self._requests != len(self.clear_requests)
 
     # -- reservations ----------------------------------------------------------------------------------------------
 
