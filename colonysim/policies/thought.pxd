@@ -2,7 +2,10 @@
 cimport cython
 
 
+# Neither can be part of a cycle: the garbage collector need not look at them.
 @cython.final
+@cython.no_gc
+@cython.freelist(64)
 cdef class Memory:
     # In the order of the file: the compiled class takes its arguments as they stand here.
     cdef public double epsilon
@@ -22,6 +25,8 @@ cdef class Options:
 
 
 @cython.final
+@cython.no_gc
+@cython.freelist(64)
 cdef class Thought:
     cdef public Memory memory
     cdef public object wait

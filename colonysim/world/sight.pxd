@@ -2,6 +2,8 @@
 cimport cython
 from colonysim.world.near cimport Near
 
+cdef double DIAGONAL, SHORT
+
 
 @cython.final
 cdef class Sight:
@@ -54,8 +56,10 @@ cdef class Sight:
     @cython.locals(count=int, i=int, place=int)
     cdef int trace(self, int node, int[::1] way) noexcept
 
-    cdef long long start(self, int node) noexcept
+    @cython.locals(dx=double, dy=double, most=double, both=double)
+    cdef double ahead(self, int i, int j) noexcept
+    cdef long long start(self, int node, double ahead) noexcept
     @cython.locals(heap_far="double[::1]", heap_node="int[::1]", place=int, above=int)
-    cdef void offer(self, double far, int node, int via) noexcept
+    cdef void offer(self, double far, double ahead, int node, int via) noexcept
     @cython.locals(heap_far="double[::1]", heap_node="int[::1]", count=int, place=int, far=double, node=int, below=int)
     cdef void pop(self) noexcept

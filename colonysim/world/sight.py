@@ -22,6 +22,8 @@ __all__ = ["SAME_HEIGHT", "Sight"]
 
 SAME_HEIGHT = 1e-6
 """Heights are sums of the scenario's numbers: below this they are equal."""
+DIAGONAL = 0.7071067811865475
+SHORT = 1.0 - 1e-9
 
 
 class Sight:
@@ -291,9 +293,10 @@ class Sight:
         at, base = self.box_node[box], self.box_base[box]
         if at == end:
             return ()
-        search = self.start(at)
+        search = self.start(at, self.ahead(at, end))
         while self.waiting:
-            far, i = self.heap_far[0], self.heap_node[0]
+            i = self.heap_node[0]
+            far = self.far[i]
             self.pop()
             if i == end:
                 return self.traced(i)
@@ -309,7 +312,7 @@ class Sight:
                     continue
                 through = far + self.lengths[way]
                 if self.reached[j] != search or through < self.far[j]:
-                    self.offer(through, j, i)
+                    self.offer(through, self.ahead(j, end), j, i)
                 elif through == self.far[j] and self.earlier(i, self.via[j], j):
                     self.via[j] = i
         return ()
@@ -341,16 +344,27 @@ class Sight:
 
     # -- what the searches share -----------------------------------------------------------------------------------
 
-    def start(self, node: int) -> int:
+    def ahead(self, i: int, j: int) -> float:
+        """A little less than what is at least left to go between two nodes: an octagon's norm is below Euclid's.
+
+        By that little, nodes on ways of one length come before the node where these meet (A*).
+        """
+        dx = abs(self.surroundings.x[i] - self.surroundings.x[j])
+        dy = abs(self.surroundings.y[i] - self.surroundings.y[j])
+        most, both = max(dx, dy), DIAGONAL * (dx + dy)
+        return SHORT * max(most, both)
+
+    def start(self, node: int, ahead: float) -> int:
         """Begins a search at a node; returns its number."""
         self.search += 1
         self.waiting = 0
-        self.offer(0.0, node, -1)
+        self.offer(0.0, ahead, node, -1)
         return self.search
 
-    def offer(self, far: float, node: int, via: int) -> None:
-        """Notes how far a node is, and lets it wait for its turn."""
+    def offer(self, far: float, ahead: float, node: int, via: int) -> None:
+        """Notes how far a node is, and lets it wait for its turn; `ahead` is at least left to go."""
         self.far[node], self.via[node], self.reached[node] = far, via, self.search
+        far += ahead
         heap_far, heap_node, place = self.heap_far, self.heap_node, self.waiting
         self.waiting += 1
         while place > 0:
