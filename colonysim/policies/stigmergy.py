@@ -222,9 +222,7 @@ class Stigmergy:
         chances = view.feasible(box, [way[1] for _, way in found])
         return [pair for pair, chance in zip(found, chances, strict=True) if chance >= self._least]
 
-    def _candidates(
-        self, view: LocalView, memory: Memory, box: int, at: int, beside: bool, pushable: int
-    ) -> int:
+    def _candidates(self, view: LocalView, memory: Memory, box: int, at: int, beside: bool, pushable: int) -> int:
         """Writes the holes of Algorithm 6 into `_holes`, ascending; returns how many there are."""
         holes, marked = self._holes, self._marked
         count = view.holes_into(holes, at if self._from_box else view.node)
@@ -388,9 +386,7 @@ class Stigmergy:
             thought = self._claim(view, memory, box, hole, way)
         else:
             if self._errands:
-                memory = remembering(
-                    memory.epsilon, memory.box, hole, way, box, memory.shunned, memory.shunned_at
-                )
+                memory = remembering(memory.epsilon, memory.box, hole, way, box, memory.shunned, memory.shunned_at)
             thought = thinking(memory)
             thought.node = towards
         return self._weighed(thought, count)

@@ -40,9 +40,7 @@ class Memory:
     shunned_at: int = -1
 
 
-def remembering(
-    epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int
-) -> Memory:
+def remembering(epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int) -> Memory:
     """`Memory(...)`, which compiled code cannot call without making objects of all numbers."""
     memory = Memory.__new__(Memory)
     memory.epsilon, memory.box, memory.hole, memory.way = epsilon, box, hole, way

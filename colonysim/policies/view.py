@@ -113,9 +113,14 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "first", "foresees", "h", "node",
-        "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "first",
+        "foresees", "h", "node", "radius", "refused", "waited",
     )  # fmt: skip
+
+    d: FieldWindow
+    b: FieldWindow
+    h: FieldWindow
+    e: FieldWindow
 
     def __init__(self, world: World, fields: Mapping[str, Field], backend: Backend, agent: int) -> None:
         self._world = world
@@ -125,7 +130,7 @@ class LocalView:
         self.agent = agent
         self.radius = world.scenario.detection_radius
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
-        self.d, self.b, self.h, self.e = (self.fields.get(name) for name in "DBHE")
+        self.d, self.b, self.h, self.e = (self.fields.get(name) for name in "DBHE")  # type: ignore[assignment]
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
@@ -344,7 +349,9 @@ class LocalView:
     def sees_hole(self, hole: int) -> bool:
         """Whether a hole lies within R."""
         world = self._world
-        return 0 <= hole < len(world._hole_nodes) and world.sight().surroundings.both(self.node, world._hole_nodes[hole])
+        if not 0 <= hole < len(world._hole_nodes):
+            return False
+        return world.sight().surroundings.both(self.node, world._hole_nodes[hole])
 
     def hole_near(self, hole: int, node: int) -> bool:
         """Whether a visible hole lies within R of a visible node."""

@@ -23,7 +23,8 @@ class Moments:
 
     def __init__(self) -> None:
         self._count = 0
-        self._times, self._numbers, self._whats = array("d", bytes(8 * FEW)), array("q", bytes(8 * FEW)), array("q", bytes(8 * FEW))
+        self._times = array("d", bytes(8 * FEW))
+        self._numbers, self._whats = array("q", bytes(8 * FEW)), array("q", bytes(8 * FEW))
         self.time, self.number = NEVER, -1
 
     def clear(self) -> None:

@@ -84,8 +84,8 @@ cdef class Strides:
     )
     cpdef mark(self, str moment, int agent, int box, int hole, int left, int before)
 
-    @cython.locals(worth=BoxWorth, value=double, credited=list)
-    cdef mark_boxes(self, str moment, int agent, int node, int box, int hole, int left, int before)
+    @cython.locals(value=double, credited=list)
+    cdef mark_boxes(self, BoxWorth worth, str moment, int agent, int node, int box, int hole, int left, int before)
 
     @cython.locals(
         d="double[::1]", official="unsigned char[::1]", surface="double[::1]", reach=double, best=double, best_official=double,

@@ -206,9 +206,7 @@ class Strides:
         target, box, level, ends_at, pushed = thought.node, thought.box, world.level(agent), thought.node, False
         if thought.count and self.rows.kept:
             choice = thought.choice(view)
-            self.rows.decision(
-                agent, node, choice.explored, target, choice.targets, choice.boxes, choice.probabilities
-            )
+            self.rows.decision(agent, node, choice.explored, target, choice.targets, choice.boxes, choice.probabilities)
         possible = target >= 0 and world.free(agent, target)
         if possible and box < 0:
             possible = world.passable(level, node, target)
@@ -329,7 +327,7 @@ class Strides:
             self.update_distance(node, level)
             rows.deposit("D", agent, node, self.nearness(node))
         if self.worth is not None:
-            self.mark_boxes(moment, agent, node, box, hole, left, before)
+            self.mark_boxes(self.worth, moment, agent, node, box, hole, left, before)
         if stays and self.trail is not None:
             if self.plain and not rows.kept:
                 self.trail.update(node, level)
@@ -342,9 +340,10 @@ class Strides:
             self.visited[node] = 1
             rows.deposit("E", agent, node, self.crowding(node))
 
-    def mark_boxes(self, moment: Moment, agent: int, node: int, box: int, hole: int, left: int, before: int) -> None:
+    def mark_boxes(
+        self, worth: BoxWorth, moment: Moment, agent: int, node: int, box: int, hole: int, left: int, before: int
+    ) -> None:
         """Algorithm 3, as `BoxWorth` does it."""
-        worth = self.worth
         if moment == "claim" and hole >= 0:
             value = worth.lower(box, hole)
             if self.rows.kept:

@@ -23,7 +23,7 @@ cdef class Sight:
     @cython.locals(look="long long", near="int[::1]", seen="long long[::1]", k=int, way=int)
     cdef void turn(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
-    @cython.locals(k=int)
+    @cython.locals(k=int, last=int)
     cpdef bint sees_box(self, int node)
     @cython.locals(k=int, found=list)
     cpdef list boxes(self, int node)

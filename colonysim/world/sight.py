@@ -94,10 +94,10 @@ class Sight:
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within the radius of `node`."""
         self.turn(node)
-        for k in range(self.at, self.at + self.within):
-            if self.top[self.near[k]] >= 0:
-                return True
-        return False
+        k, last = self.at, self.at + self.within
+        while k < last and self.top[self.near[k]] < 0:
+            k += 1
+        return k < last
 
     def boxes(self, node: int) -> list[int]:
         """The boxes within the radius of `node`, ascending."""
@@ -243,12 +243,7 @@ class Sight:
                 if (
                     wanted[j] == search
                     and -reach < self.box_base[top[j]] - here - self.rises[way] < reach
-                    and (
-                        best_node < 0
-                        or through < best
-                        or j < best_node
-                        or (j == best_node and step < best_first)
-                    )
+                    and (best_node < 0 or through < best or j < best_node or (j == best_node and step < best_first))
                 ):
                     best, best_node, best_first = through, j, step
                 if j == barred or not self.follows(here, way) or (best_node >= 0 and through + self.shortest > best):

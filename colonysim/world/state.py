@@ -68,8 +68,8 @@ class World:
 
     __slots__ = (
         "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
-        "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_requests", "_requests_near", "_rims",
-        "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
+        "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_requests",
+        "_requests_near", "_rims", "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
         "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
         "topology",
