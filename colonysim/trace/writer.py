@@ -98,7 +98,10 @@ class TraceWriter:
         if table == "episodes":
             self.results.append(EpisodeResult._make(row))
         if len(rows) >= self.block_rows:
-            self.pack(table)
+            if table == "episodes":  # an episode that is listed is on disk as a whole
+                self.flush()
+            else:
+                self.pack(table)
         elif table == "events" or table == "episodes":
             now = time.monotonic()
             if now - self._flushed >= max(self._flush_seconds, 0.1 * (now - self._begun)):

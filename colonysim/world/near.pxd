@@ -1,8 +1,6 @@
 # The types of near.py when it is compiled.
 cimport cython
 
-cdef int ROOM
-
 
 @cython.final
 cdef class Near:
@@ -19,7 +17,7 @@ cdef class Near:
     )
     cdef int _fill_cells(self, int size, double side) except -1
     @cython.locals(node=int, count=int, total="long long")
-    cdef _gather_all(self, int size)
+    cdef _gather_all(self, int size, long long room)
     @cython.locals(x=double, y=double, dx=double, dy=double, limit=double, count=int, cell=int, k=int, other=int, m=int, j=int)
     cpdef int gather(self, int node, int[::1] found)
     @cython.locals(dx=double, dy=double)

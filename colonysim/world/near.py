@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["Near", "near"]
 
 ROOM = 1 << 24
-"""More neighbourhoods than come to so many nodes, 64 MB, are not kept but gathered when they are asked for."""
+"""Neighbourhoods that come to more nodes than this, 64 MB, are not kept but gathered when they are asked for."""
 
 _KNOWN: WeakKeyDictionary[Topology, dict[float, Near]] = WeakKeyDictionary()
 
@@ -35,6 +35,7 @@ class Near:
     Args:
         topology: The place.
         radius: The radius, graph units.
+        room: If the neighbourhoods come to more nodes than this together, they are not kept.
 
     Attributes:
         x: East coordinate of each node.
@@ -46,12 +47,12 @@ class Near:
         nodes: The nodes near node 0, those near node 1, and so on.
     """
 
-    def __init__(self, topology: Topology, radius: float) -> None:
+    def __init__(self, topology: Topology, radius: float, room: int = ROOM) -> None:
         size = len(topology)
         self.x, self.y, self.limit = array("d", topology.x), array("d", topology.y), radius * radius
         self.most = self._fill_cells(size, max(radius, 1e-6))
         self.first, self.nodes, self.kept = array("i", bytes(4 * size + 4)), array("i"), True
-        self._gather_all(size)
+        self._gather_all(size, room)
 
     def _fill_cells(self, size: int, side: float) -> int:
         """Puts the nodes into cells; returns the most nodes of a cell and those around it."""
@@ -82,12 +83,12 @@ class Near:
         self._beside_first, self._beside = array("i", ends), beside
         return most
 
-    def _gather_all(self, size: int) -> None:
+    def _gather_all(self, size: int, room: int) -> None:
         found, nodes, total = array("i", bytes(4 * self.most)), array("i"), 0
         for node in range(size):
             count = self.gather(node, found)
             total += count
-            if total > ROOM:
+            if total > room:
                 self.kept, nodes = False, array("i")
                 break
             nodes.extend(found[:count])

@@ -16,7 +16,7 @@ from recorded_runs import manifest, record, rows
 from colonysim.errors import TraceError
 from colonysim.trace.packing import TableDigest, trace_sha256
 from colonysim.trace.reader import Run
-from colonysim.trace.schema import TABLES, EpisodeResult, Event
+from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame
 from colonysim.trace.writer import TraceWriter
 
 
@@ -156,6 +156,21 @@ def test_a_killed_run_is_readable(tmp_path: Path) -> None:
     assert len(run.episodes) >= 6
     assert sum(1 for _ in run.events()) >= 6 * 40
     assert run.field("D", episode=2)[4] == 2.0
+
+
+def test_an_episode_that_is_listed_is_there_as_a_whole_however_fast_they_come(tmp_path: Path) -> None:
+    writer = TraceWriter(tmp_path, manifest(), rows_per_part=8, flush_seconds=1e9)
+    writer.write("events", Event(1, 0.0, "start", 1))  # or every part would end with an episode
+    for number in range(1, 21):
+        writer.write("events", Event(number, 0.0, "start"))
+        writer.write("events", Event(number, 1.0, "goal"))
+        writer.write("events", Event(number, 1.0, "episode"))
+        writer.write("frames", Frame(number, "D", 0, -1, 2.0))
+        writer.write("episodes", EpisodeResult(number, 1, 1.0, "goal", 1.0, 0, 0.0))
+    killed = Run.open(tmp_path)
+    last = killed.episodes[-1].episode
+    assert last >= 16
+    assert [event.kind for event in killed.events(last)] == ["start", "goal", "episode"] and killed.field("D", episode=last)
 
 
 def test_the_hash_is_the_same_for_every_hash_seed(tmp_path: Path) -> None:
