@@ -33,7 +33,8 @@ class Figures:
     Attributes:
         case: Its name.
         agents: How many.
-        steps: Steps that were begun, over all agents and episodes of one round.
+        steps: Steps that were taken, over all agents and episodes of one round.
+        decisions: What was decided on: these steps, and waits. Of a traced case only steps are counted.
         build_seconds: Building the scenario.
         seconds: Running it, by round.
         timeouts: The yardstick: bare SimPy timeouts a second with as many processes, by round.
@@ -44,6 +45,7 @@ class Figures:
     case: str
     agents: int
     steps: int
+    decisions: int
     build_seconds: float
     seconds: tuple[float, ...]
     timeouts: tuple[float, ...]
@@ -59,6 +61,11 @@ class Figures:
         """Steps a second over timeouts a second, the median of the rounds; both of a round were taken in turn."""
         pairs = zip(self.seconds, self.timeouts, strict=True)
         return statistics.median(self.steps / taken / timeouts for taken, timeouts in pairs)
+
+    @property
+    def decision_ratio(self) -> float:
+        """Decisions a second over timeouts a second: in a crowd most are to wait."""
+        return self.ratio * self.decisions / self.steps if self.steps else 0.0
 
 
 def measure(name: str, rounds: int = 5) -> Figures:
@@ -77,11 +84,12 @@ def _measure(name: str, rounds: int) -> Figures:
     began = time.perf_counter()
     scenario = case.make()
     built = time.perf_counter() - began
-    steps = 0
+    steps = waits = 0
     if not case.traced:
         # Counted in a run of its own, which also warms up what is loaded at first use.
-        events = simulate(scenario, episodes=case.episodes, seed=SEED, kinds=["end"])
-        steps = sum(event.kind == "end" for event in events)
+        for event in simulate(scenario, episodes=case.episodes, seed=SEED, kinds=["end", "wait"]):
+            steps += event.kind == "end"
+            waits += event.kind == "wait"
     seconds: list[float] = []
     timeouts: list[float] = []
     agents, peak = len(scenario.agents), None
@@ -90,7 +98,7 @@ def _measure(name: str, rounds: int) -> Figures:
         peak = peak or _peak_mb()  # before the yardstick's own processes
         seconds.append(taken)
         timeouts.append(timeouts_per_second(agents, max(TIMEOUTS, 2 * agents), random.Random(SEED)))
-    return Figures(name, agents, steps, built, tuple(seconds), tuple(timeouts), peak)
+    return Figures(name, agents, steps, steps + waits, built, tuple(seconds), tuple(timeouts), peak)
 
 
 def _peak_mb() -> float | None:

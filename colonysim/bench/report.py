@@ -37,7 +37,8 @@ def report(figures: Sequence[Figures]) -> dict[str, Any]:
 def _row(figures: Figures) -> dict[str, Any]:
     found = dataclasses.asdict(figures)
     return found | {
-        "rate": figures.rate, "timeout_rate": statistics.median(figures.timeouts), "ratio": figures.ratio
+        "rate": figures.rate, "timeout_rate": statistics.median(figures.timeouts), "ratio": figures.ratio,
+        "decision_ratio": figures.decision_ratio,
     }  # fmt: skip
 
 

@@ -36,7 +36,7 @@ def command(
     """Time colonies of many sizes beside bare SimPy timeouts.
 
     The ratio is steps a second over bare timeouts a second with as many processes, taken in turn: it says
-    more than either of them on a machine that does other things too.
+    more than either of them on a machine that does other things too. "decided" counts waits as well as steps.
     """
     from colonysim.bench import CASES, compared, measure, report, save, stored
     from colonysim.cli.console import print_json, print_table, say
@@ -61,7 +61,7 @@ def command(
     if as_json:
         print_json(document | {"faster": faster} if before is not None else document)
         return
-    columns = ["case", ">agents", ">steps", ">steps/s", ">timeouts/s", ">ratio", ">build s", ">peak MB"]
+    columns = ["case", ">agents", ">steps", ">steps/s", ">timeouts/s", ">ratio", ">decided", ">build s", ">peak MB"]
     if before is not None:
         columns.append(">against before")
     machine = document["machine"]
@@ -75,7 +75,7 @@ def _cells(row: Mapping[str, Any], faster: Mapping[str, float], against: bool) -
     peak = "-" if row["peak_mb"] is None else f"{row['peak_mb']:.0f}"
     cells = [
         row["case"], f"{row['agents']:,}", f"{row['steps']:,}", f"{row['rate']:,.0f}", f"{row['timeout_rate']:,.0f}",
-        f"{row['ratio']:.3f}", f"{row['build_seconds']:.2f}", peak,
+        f"{row['ratio']:.3f}", f"{row['decision_ratio']:.3f}", f"{row['build_seconds']:.2f}", peak,
     ]  # fmt: skip
     if against:
         cells.append(f"{faster[row['case']]:.2f}" if row["case"] in faster else "new")

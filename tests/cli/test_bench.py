@@ -31,6 +31,7 @@ def test_every_round_has_a_time_and_a_yardstick(document: dict[str, Any]) -> Non
     assert row["ratio"] == pytest.approx(
         sum(row["steps"] / s / t for s, t in zip(row["seconds"], row["timeouts"], strict=True)) / 2
     )
+    assert row["decisions"] >= row["steps"] and row["decision_ratio"] >= row["ratio"] > 0.0
     assert row["peak_mb"] is None or 10 < row["peak_mb"] < 1000
 
 
