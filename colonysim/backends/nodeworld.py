@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from colonysim.backends.protocol import Done
 from colonysim.world.intents import BoxPlace, Outcome, Travel, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from colonysim.backends.protocol import Finished, TraceRow
     from colonysim.draws import Draws
@@ -68,7 +68,7 @@ class NodeWorld:
 
     Attributes:
         edge_seconds: Simulated seconds of a travelled edge of mean length.
-        jitters: What each agent's durations vary with; None if they do not.
+        draws: What each agent's durations vary with; None if they do not.
     """
 
     name = "nodeworld"
@@ -76,7 +76,7 @@ class NodeWorld:
 
     def __init__(self) -> None:
         self.edge_seconds = 1.0
-        self.jitters: Draws | None = None
+        self.draws: Draws | None = None
         self._world: World | None = None
 
     def reset(self, world: World, streams: Streams) -> None:
@@ -85,8 +85,16 @@ class NodeWorld:
         self._world = world
         self._timing = timing
         # One stream an agent: with one for all, an agent more would change how long the others take.
-        self.jitters = streams.draws("timing", len(world.agent_node)) if timing.jitter else None
+        self.draws = streams.draws("timing", len(world.agent_node)) if timing.jitter else None
         self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
+
+    @property
+    def jitters(self) -> list[Callable[[], float]]:
+        """For each agent the next number of its stream, which its durations vary with; empty if they do not."""
+        draws, world = self.draws, self._world
+        if draws is None or world is None:
+            return []
+        return [partial(draws.draw, agent) for agent in range(len(world.agent_node))]
 
     def _seconds(self, agent: int, i: int, j: int, pushed: bool) -> float:
         timing = self._timing
@@ -97,8 +105,8 @@ class NodeWorld:
             measured = (
                 timing.push_fixed + timing.push * length if pushed else timing.travel_fixed + timing.travel * length
             )
-        if self.jitters is not None:
-            return measured * (1.0 + timing.jitter * (2.0 * self.jitters.draw(agent) - 1.0))
+        if self.draws is not None:
+            return measured * (1.0 + timing.jitter * (2.0 * self.draws.draw(agent) - 1.0))
         return measured
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:

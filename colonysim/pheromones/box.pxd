@@ -3,6 +3,8 @@ cimport cython
 from colonysim.pheromones.marks cimport Marks
 from colonysim.world.state cimport World
 
+cdef long long PAIRS
+
 
 cdef class BoxWorth(Marks):
     cdef public World _world

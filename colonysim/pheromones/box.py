@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["BoxWorth"]
 
+PAIRS = 1 << 31
+"""No hole has a key like this: box and hole make one number."""
+
 
 class BoxWorth(Marks):
     """B of each pair of box and hole: lowered when the box is claimed, raised when somebody crosses on it.
@@ -49,11 +52,11 @@ class BoxWorth(Marks):
         self._on_entry = credit == "enter"
         self._whole_stack = stack == "all"
         self._holes = len(world.scenario.holes)
-        self._worth: dict[int, float] = {}  # by box times the number of holes plus hole
+        self._worth: dict[int, float] = {}  # by box times PAIRS plus hole
 
     def at(self, node: int, key: int = -1) -> float:
         """B of the box `node` for the hole `key`."""
-        known = self._worth.get(node * self._holes + key) if self._worth else None
+        known = self._worth.get(node * PAIRS + key) if self._worth else None
         return self._start if known is None else known
 
     def keys(self, node: int) -> Sequence[int]:
@@ -74,7 +77,7 @@ class BoxWorth(Marks):
 
     def lower(self, box: int, hole: int) -> float:
         """Somebody claims the box for the hole; returns what B is then."""
-        value = self._worth[box * self._holes + hole] = self.at(box, hole) * self._decay
+        value = self._worth[box * PAIRS + hole] = self.at(box, hole) * self._decay
         return value
 
     def crossed(self, node: int, left: int, before: int) -> int:
@@ -93,7 +96,7 @@ class BoxWorth(Marks):
             crossed_on = crossed_on[-1:]
         for box in crossed_on:
             value = self.at(box, hole) / self._decay
-            self._worth[box * self._holes + hole] = value if value < self._cap else self._cap
+            self._worth[box * PAIRS + hole] = value if value < self._cap else self._cap
         return crossed_on
 
     def end_episode(self) -> None:
@@ -101,9 +104,10 @@ class BoxWorth(Marks):
 
     def frame(self) -> Iterable[Write]:
         """B of every pair that was ever touched."""
-        return [Write(*divmod(pair, self._holes), self._worth[pair]) for pair in sorted(self._worth)]
+        pairs = [(*divmod(pair + 1, PAIRS), pair) for pair in sorted(self._worth)]
+        return [Write(box, key - 1, self._worth[pair]) for box, key, pair in pairs]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over the worth of pairs."""
         for box, hole, value in frame:
-            self._worth[box * self._holes + hole] = value
+            self._worth[box * PAIRS + hole] = value

@@ -29,7 +29,7 @@ cdef class HoleTrail(Marks):
     @cython.locals(count=int, i=cython.Py_ssize_t)
     cdef list _writes(self, int node, double level)
     @cython.locals(
-        sight=Sight, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, wrote=int, hole=int,
+        sight=Sight, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, near=int, wrote=int, hole=int,
         length=double, far=double, through=double, way=int, j=int, start=int, k=int, i=int,
     )
     cpdef int update(self, int node, double level)

@@ -107,6 +107,8 @@ class HoleTrail(Marks):
 
     def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
         """Writes the holes of `keys` into `found` in the order in which they came, see `Marks`."""
+        if not 0 <= node < len(self._start):
+            return count
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             hole = self._holes[k]
@@ -136,7 +138,8 @@ class HoleTrail(Marks):
         """The rule "max" on one node; returns how many trails have changed."""
         sight, aged = self._world.sight(), self._aged
         best, found, place, count, wrote = self._best, self._found, self._place, 0, 0
-        for k in range(sight.holes_first[node], sight.holes_first[node + 1]):
+        near = sight.look_for_holes(node)
+        for k in range(sight.holes_at, sight.holes_at + near):
             hole = sight.hole_keys[k]
             best[hole], found[count] = 0.0, hole
             count += 1

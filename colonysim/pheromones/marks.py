@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from array import array
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
-__all__ = ["Marks"]
+__all__ = ["Marks", "gather_keys"]
 
 
 class Marks:
@@ -29,8 +29,13 @@ class Marks:
 
         Returns how many there are now.
         """
-        for key in self.keys(node):
-            if not marked[key]:
-                marked[key], found[count] = 1, key
-                count += 1
-        return count
+        return gather_keys(self.keys(node), found, count, marked)
+
+
+def gather_keys(keys: Iterable[int], found: array[int], count: int, marked: bytearray) -> int:
+    """Writes keys into `found`, behind the first `count`, but for those marked and those of no hole; marks them."""
+    for key in keys:
+        if 0 <= key < len(marked) and not marked[key]:
+            marked[key], found[count] = 1, key
+            count += 1
+    return count

@@ -23,6 +23,8 @@ def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
         beta: The Boltzmann constant: 0 gives equal chances, large values the maximum.
     """
     chances = array("d", values)
+    if not chances:
+        raise ValueError("softmax of no values")
     weigh(chances, len(chances), beta)
     return chances.tolist()
 

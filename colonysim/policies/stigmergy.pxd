@@ -9,7 +9,10 @@ from colonysim.policies.view cimport FieldWindow, LocalView
 cdef class Stigmergy:
     cdef public object settings
     cdef public str name
-    cdef int _goal, _tries
+    cdef object _scenario
+    cdef long long _tries
+    cdef int _goal, _room, _most_holes
+    cdef bint _marking
     cdef Options _options
     cdef double _beta, _patience, _least, _reach
     cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past
@@ -53,7 +56,7 @@ cdef class Stigmergy:
     @cython.locals(
         holes="int[::1]", marked="unsigned char[::1]", count=int, hole=int, trail=FieldWindow, i=int, place=int,
     )
-    cdef int _candidates(self, LocalView view, Kept memory, int box, int at, bint beside, int pushable) except -1
+    cdef int _candidates(self, LocalView view, Kept memory, int box, int at, int pushable) except -1
     @cython.locals(
         box=int, j=int, i=int, beside="int[::1]", nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
         thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,

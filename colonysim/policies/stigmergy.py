@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from array import array
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
 from colonysim.plugins import field_class
@@ -47,18 +48,27 @@ class Stigmergy:
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
         self._least, self._overfill, self._from_box = s.feasibility, s.overfill, s.candidates_centre == "box"
         self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
-        self._tries = -1 if s.tries is None else s.tries
-        # What a choice is between: all neighbours and the boxes on them at worst. Written anew at each decision, as
-        # is what follows.
+        self._tries = -1 if s.tries is None else min(s.tries, sys.maxsize)
+        self._scenario, self._room, self._most_holes, self._marking = scenario, -1, -1, False
+        self._make_room(scenario)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made_anew, (type(self), self._scenario, self.settings, self.name), getattr(self, "__dict__", None)
+
+    def _make_room(self, scenario: Scenario) -> None:
+        """For what is written anew at each decision, on the map of a scenario; there is never less of it afterwards."""
         room, holes = 2 * scenario.topology.most_neighbours + 1, len(scenario.holes)
-        self._options = Options(room)
-        self._nodes, self._boxes, self._values = self._options.nodes, self._options.boxes, self._options.chances
-        # Where a box could be pushed, the neighbours that have one, and the holes that it might be for, each marked
-        # once and what it is worth.
-        self._pushes, self._beside, self._holes = (
-            array("i", [0]) * room, array("i", [0]) * room, array("i", [0]) * holes
-        )  # fmt: skip
-        self._marked, self._worths = bytearray(holes), array("d", [0.0]) * holes
+        if room > self._room:
+            # What a choice is between: all neighbours and the boxes on them at worst.
+            self._room, self._options = room, Options(room)
+            self._nodes, self._boxes, self._values = self._options.nodes, self._options.boxes, self._options.chances
+            # Where a box could be pushed, and the neighbours that have one.
+            self._pushes, self._beside = array("i", [0]) * room, array("i", [0]) * room
+        if holes > self._most_holes:
+            # The holes that a box might be for, each marked once, and what it is worth.
+            self._most_holes = holes
+            self._holes, self._worths = array("i", [0]) * holes, array("d", [0.0]) * holes
+            self._marked = bytearray(holes)
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """D, B, H and E with this policy's parameters, and the extra fields it was asked to carry.
@@ -67,6 +77,7 @@ class Stigmergy:
             PluginError: There is no such extra field.
             ScenarioError: It has the name of another field.
         """
+        self._make_room(world.scenario)  # it may be another than the policy was made for
         s = self.settings
         d_max = s.d_max * extent(world) or 1.0
         everywhere, at_start = s.updates == "everywhere", s.deposit_at_start
@@ -148,7 +159,7 @@ class Stigmergy:
             return None
         s = self.settings
         seconds = None if s.patience is None else (s.patience - view.waited) * view.edge_seconds
-        thought.wait = Wait(self._causes(view, (node,)), seconds, node if s.ask_to_clear else -1)
+        thought.wait = Wait(self._causes(view, (node,)), seconds, node if self._ask_to_clear else -1)
         return thought
 
     def _impatient(self, view: LocalView) -> bool:
@@ -176,9 +187,9 @@ class Stigmergy:
         if count < 0:
             count = view.pushes_into(box, self._goal, self._pushes)
         trail, pushes = view.h, self._pushes
-        best, best_scent = -1, trail.read(at, hole)
+        best, best_scent = -1, trail._read(at, hole)
         for i in range(count):
-            scent = trail.read(pushes[i], hole)
+            scent = trail._read(pushes[i], hole)
             if scent > best_scent:
                 best, best_scent = pushes[i], scent
         return (at, best) if best >= 0 else ()
@@ -186,7 +197,7 @@ class Stigmergy:
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
         """`likely_way` with the least chance asked for; other ways than those given only with the hole in sight."""
         others = hole if view.sees_hole(hole) and self._has_room(view, box, hole) else -1
-        return likely_way(view, box, way, planned, self.settings.feasibility, others, self._goal)
+        return likely_way(view, box, way, planned, self._least, others, self._goal)
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
@@ -200,7 +211,7 @@ class Stigmergy:
             pushable = view.pushes_into(box, self._goal, self._pushes)
         asked, own = at == view.node or at == from_node, memory.sought == box
         found: list[tuple[int, Way]] = []
-        for i in range(self._candidates(view, memory, box, at, beside, pushable)):
+        for i in range(self._candidates(view, memory, box, at, pushable)):
             hole = self._holes[i]
             planned = memory.way if own and memory.hole == hole else ()
             if beside:
@@ -222,15 +233,19 @@ class Stigmergy:
         chances = view.feasible(box, [way[1] for _, way in found])
         return [pair for pair, chance in zip(found, chances, strict=True) if chance >= self._least]
 
-    def _candidates(self, view: LocalView, memory: Memory, box: int, at: int, beside: bool, pushable: int) -> int:
+    def _candidates(self, view: LocalView, memory: Memory, box: int, at: int, pushable: int) -> int:
         """Writes the holes of Algorithm 6 into `_holes`, ascending; returns how many there are."""
         holes, marked = self._holes, self._marked
+        if self._marking:  # something was raised the last time
+            for hole in range(self._most_holes):
+                marked[hole] = 0
+        self._marking = True
         count = view.holes_into(holes, at if self._from_box else view.node)
         for i in range(count):
             marked[holes[i]] = 1
         trail = view.h
         for i in range(pushable):
-            count = trail.gather(self._pushes[i], holes, count, marked)
+            count = trail._gather(self._pushes[i], holes, count, marked)
         if memory.sought == box and not marked[memory.hole]:
             holes[count], marked[memory.hole] = memory.hole, 1
             count += 1
@@ -241,6 +256,7 @@ class Stigmergy:
                 holes[place] = holes[place - 1]
                 place -= 1
             holes[place] = hole
+        self._marking = False
         return count
 
     # -- without a box ---------------------------------------------------------------------------------------------
@@ -283,7 +299,7 @@ class Stigmergy:
             return self._follow_distance(view, memory, draw, count)
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding.read(nodes[i])
+            values[i] = -crowding._read(nodes[i])
         weigh(values, count, self._beta)
         chosen = pick(values, count, draw())
         thought = thinking(memory)
@@ -362,13 +378,13 @@ class Stigmergy:
         nodes, boxes, values, options = self._nodes, self._boxes, self._values, count
         nearness = view.d
         for i in range(options):
-            boxes[i], values[i] = -1, nearness.read(nodes[i])
+            boxes[i], values[i] = -1, nearness._read(nodes[i])
         if box >= 0:
             nodes[count], boxes[count], values[count] = towards, box, worth
             count += 1
         elif self._step_past and self._shut_in(view, options):
             for node, beside in self._boxes_to_pass(view, memory).items():
-                nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
+                nodes[count], boxes[count], values[count] = node, beside, nearness._read(node)
                 count += 1
         if count == 0:
             thought = thinking(memory)
@@ -438,6 +454,14 @@ class Stigmergy:
 
     def _causes(self, view: LocalView, nodes: Way) -> tuple[int, ...]:
         """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""
-        if self.settings.collision == "reservation":
+        if not self._two_node:
             return tuple(nodes)
         return tuple(sorted({*nodes, *(j for node in nodes for j, _ in view.ways(node))}))
+
+
+def _made_anew(kind: type[Stigmergy], scenario: Scenario, settings: StigmergySettings, name: str) -> Stigmergy:
+    """A copy of a policy; what is derived from it may take other arguments."""
+    policy = kind.__new__(kind)
+    Stigmergy.__init__(policy, scenario, settings)
+    policy.name = name
+    return policy

@@ -3,7 +3,6 @@ cimport cython
 
 
 # Neither can be part of a cycle: the garbage collector need not look at them.
-@cython.final
 @cython.no_gc
 @cython.freelist(64)
 cdef class Memory:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Memory", "Options", "Thought", "remembering", "thinking"]
 
 
-@dataclass
+@dataclass(unsafe_hash=True)
 class Memory:
     """What an agent remembers from one decision to the next; not to be changed.
 

@@ -11,14 +11,14 @@ cdef class FieldWindow:
     cdef LocalView _view
     cdef public object _field
     cdef Marks _marks
-    cdef bint _by_box
+    cdef bint _by_box, _gathers
 
     cpdef double at(self, int node, int key=*) except? -1
     @cython.locals(node=int)
     cpdef list values(self, nodes)
     cpdef keys(self, int node)
-    cpdef double read(self, int node, int key=*) except? -1
-    cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
+    cpdef double _read(self, int node, int key=*) except? -1
+    cpdef int _gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
     cdef int _check(self, int node) except -1
 
 
@@ -59,9 +59,8 @@ cdef class LocalView:
     @cython.locals(level=double, world=World)
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
-    @cython.locals(sight=Sight)
     cpdef bint hole_in_sight(self) except? -1
-    @cython.locals(sight=Sight, count=int, k=int, hole=int)
+    @cython.locals(sight=Sight, count=int, near=int, k=int, hole=int)
     cpdef int holes_into(self, int[::1] found, int centre) except -1
     cpdef int hole_node(self, int hole) except? -1
     @cython.locals(world=World)

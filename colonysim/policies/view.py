@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from array import array
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from colonysim.pheromones.marks import Marks
+from colonysim.pheromones.hole import HoleTrail
+from colonysim.pheromones.marks import Marks, gather_keys
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -28,7 +29,7 @@ class FieldWindow:
     The neighbours of an adjacent box count too: Algorithm 6 looks at them to find the box's holes.
     """
 
-    __slots__ = ("_by_box", "_field", "_marks", "_view")
+    __slots__ = ("_by_box", "_field", "_gathers", "_marks", "_view")
 
     def __init__(self, view: LocalView, field: Field) -> None:
         self._view = view
@@ -36,6 +37,8 @@ class FieldWindow:
         self._by_box = field.by_box
         # Of our own fields compiled code reads the values directly.
         self._marks = field if isinstance(field, Marks) else None
+        # What is derived from them may have other keys.
+        self._gathers = self._marks is not None and type(field) is HoleTrail
 
     def at(self, node: int, key: int = -1) -> float:
         """The value at a node (and key: the hole), or of a box (`node`) and hole (`key`).
@@ -63,22 +66,18 @@ class FieldWindow:
         self._check(node)
         return self._field.keys(node) if self._marks is None else self._marks.keys(node)
 
-    def read(self, node: int, key: int = -1) -> float:
-        """`at` for a policy that has made sure that it may read there."""
+    def _read(self, node: int, key: int = -1) -> float:
+        """`at` for our own policy, which has made sure that it may read there."""
         return self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
 
-    def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
+    def _gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
         """Writes `keys` into `found`, behind the first `count`, but for those marked; marks them.
 
-        Like `read` for who may read there; returns how many there are now.
+        Like `_read` for who may read there; returns how many there are now.
         """
-        if self._marks is not None:
+        if self._marks is not None and self._gathers:
             return self._marks.gather(node, found, count, marked)
-        for key in self._field.keys(node):
-            if not marked[key]:
-                marked[key], found[count] = 1, key
-                count += 1
-        return count
+        return gather_keys(self._field.keys(node), found, count, marked)
 
     def _check(self, node: int) -> None:
         view = self._view
@@ -86,6 +85,21 @@ class FieldWindow:
             view.box_node(node)
         elif not view.beside(node) and not view.beside_box(node):
             raise OutOfSightError(f"{self._field.name} of node {node} cannot be read from node {view.node}")
+
+
+class _Absent:
+    """A field that a policy does not have."""
+
+    by_box = False
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def at(self, node: int, key: int = -1) -> float:
+        raise KeyError(self.name)
+
+    def keys(self, node: int) -> Sequence[int]:
+        raise KeyError(self.name)
 
 
 class LocalView:
@@ -98,7 +112,7 @@ class LocalView:
     Attributes:
         agent: The agent's number.
         fields: The readable part of each pheromone field, by name.
-        d: That of D, None if the policy has no such field; as are the next.
+        d: That of D; to read it is a KeyError if the policy has no such field, as with the next.
         b: That of B.
         h: That of H.
         e: That of E.
@@ -130,12 +144,16 @@ class LocalView:
         self.agent = agent
         self.radius = world.scenario.detection_radius
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
-        self.d, self.b, self.h, self.e = (self.fields.get(name) for name in "DBHE")  # type: ignore[assignment]
+        self.d, self.b, self.h, self.e = (self.fields.get(name) or self._window(name) for name in "DBHE")
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
         self.failures = 0
         self.node, self.first = world.agent_node[agent], -1
+
+    def _window(self, name: str) -> FieldWindow:
+        absent: Any = _Absent(name)
+        return FieldWindow(self, absent)
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
@@ -327,14 +345,14 @@ class LocalView:
         """Whether there is a hole within R."""
         if len(self._world._hole_nodes) == 0:
             return False
-        sight = self._world.sight()
-        return sight.holes_first[self.node] < sight.holes_first[self.node + 1]
+        return self._world.sight().look_for_holes(self.node) > 0
 
     def holes_into(self, found: array[int], centre: int) -> int:
         """Writes those of `holes` into `found` that lie within R of a visible node too; returns how many there are."""
         self._look_at(centre)
         sight, count = self._world.sight(), 0
-        for k in range(sight.holes_first[self.node], sight.holes_first[self.node + 1]):
+        near = sight.look_for_holes(self.node)
+        for k in range(sight.holes_at, sight.holes_at + near):
             hole = sight.hole_keys[k]
             if centre == self.node or sight.surroundings.both(centre, self._world._hole_nodes[hole]):
                 found[count] = hole
@@ -397,7 +415,8 @@ class LocalView:
 
     def pushes_into(self, box: int, barred: int, found: array[int]) -> int:
         """Writes `pushes` into `found`, which must have room for all neighbours of the box; returns how many."""
-        self.box_node(box)
+        if len(found) < len(self._world.topology.neighbours[self.box_node(box)]):
+            raise ValueError("there is no room for all neighbours of the box")
         return self._world.sight().pushes(self.node, box, barred, found)
 
     def nearest_box(self, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:

@@ -1,4 +1,4 @@
-"""The discrete-event simulation: the only place that knows SimPy. One process per agent, one clock, one episode."""
+"""The discrete-event simulation, the only place that knows SimPy: agents in their own time, episode after episode."""
 
 from __future__ import annotations
 
@@ -77,9 +77,10 @@ def simulate(
         body.recording = sink is not None
     streams = Streams(seed)
     memories: list[Any] = [None] * len(scenario.agents)
-    views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
-    episode = Episode(world, fields, body, chosen, views, Rows(scenario, sink, decisions, kinds))
+    episode: Episode | None = None
     try:
+        views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
+        episode = Episode(world, fields, body, chosen, views, Rows(scenario, sink, decisions, kinds))
         for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
             own = streams.within(f"episode/{number}")
             world.reset()
@@ -89,7 +90,8 @@ def simulate(
             for field in fields.values():
                 field.end_episode()
     finally:
-        episode.close()
+        if episode is not None:
+            episode.close()
         body.close()
 
 

@@ -27,11 +27,12 @@ cdef class Episode:
     cdef public set finished
     cdef public double now, due, last_outcome, stall, limit
     cdef public bint stuck, asked_for_strides
-    cdef public int goal, max_steps
+    cdef public int goal
+    cdef public long long max_steps
 
     @cython.locals(
         queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
-        priority=int, number="long long", head=tuple,
+        priority=int, number="long long",
     )
     cdef bint _go_on(self) except? -1
     @cython.locals(views=list, view=LocalView, edge_seconds=double)

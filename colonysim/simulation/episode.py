@@ -1,4 +1,4 @@
-"""One episode: the SimPy environment, the agents' processes and the bookkeeping around them."""
+"""Episodes, one after another: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
 from __future__ import annotations
 
@@ -103,6 +103,7 @@ class Episode:
         self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
         self.waiting = Waiting(len(views), len(world.topology), self._rouse)
         self.asks: dict[int, int] = {}
+        self.resting: dict[int, simpy.Event] = {}
         self.visit = Visit()
         self.strides: Strides | None = None
         self.asked_for_strides = False
@@ -122,7 +123,7 @@ class Episode:
         self.stuck = False
         self.finished: set[int] = set()
         self.asks.clear()
-        self.resting: dict[int, simpy.Event] = {}
+        self.resting.clear()
         edge_seconds = self.backend.edge_seconds
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = edge_seconds, 0.0, None, 0
@@ -136,7 +137,9 @@ class Episode:
             self.strides.prepare(memories, self.random)
 
     def close(self) -> None:
-        """Lets go of what calls back: without this all would stay until the garbage collector comes by."""
+        """Lets go of what calls back and of who still waits, for they know the episode."""
+        self.env.restart()
+        self.resting = {}
         self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
 
     def run(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> Iterator[Event]:
@@ -336,7 +339,7 @@ class Episode:
             self._withdraw_request(agent)
             # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
             # would not stop otherwise.
-            if wait.clear >= 0 and wait.clear not in world.clear_requests:
+            if 0 <= wait.clear < len(world.topology) and wait.clear not in world.clear_requests:
                 world.ask(agent, wait.clear)
                 self.asks[agent] = wait.clear
                 self.waiting.call(world.occupant[wait.clear])

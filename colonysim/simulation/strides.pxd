@@ -17,14 +17,15 @@ cdef double UNKNOWN
 
 @cython.final
 cdef class Strides:
-    cdef int goal, max_steps
+    cdef int goal
+    cdef long long max_steps
     cdef double reach, d_max, scale, shift, beta, fixed, pace, push_fixed, push_pace, jitter
     cdef bint lrta, blank, marks_waits, marks_starts, plain
     cdef int[::1] first, ends, occupant, node_holder, agent_node, agent_from, agent_box, steps, target, ways, options
     cdef int[::1] box, hole, ends_at, hole_at
     cdef double[::1] box_base, lengths, rises, surface, d, straight, stored, epsilon, began, chances
     cdef unsigned char[::1] official, known, visited, moved
-    cdef Draws jitters
+    cdef Draws draws
     cdef list reserved, memories, views, draw
     cdef dict clear_requests, handed, asks
     cdef object travels, pushes, visit, withdraw

@@ -154,7 +154,8 @@ class Strides:
             memory = memories[agent]
             # It changes between episodes only.
             self.epsilon[agent], self.target[agent], self.moved[agent] = memory.epsilon, -1, 0
-        self.jitters = self.backend.jitters
+        self.handed.clear()
+        self.draws = self.backend.draws
         # What has evaporated is not the same array any more.
         self.stored, self.visited = self.exploration.stored, self.exploration.visited
         self.scale, self.shift = self.exploration.scale, self.exploration.shift
@@ -278,8 +279,8 @@ class Strides:
         took = self.push_fixed + self.push_pace * length if pushed else self.fixed + self.pace * length
         if measured:
             took = measured.get((i, j), took)
-        if self.jitters is not None:
-            took *= 1.0 + self.jitter * (2.0 * self.jitters.draw(agent) - 1.0)
+        if self.draws is not None:
+            took *= 1.0 + self.jitter * (2.0 * self.draws.draw(agent) - 1.0)
         return took
 
     def heading(self, agent: int) -> int:

@@ -119,7 +119,7 @@ class Waiting:
             return False
         found = False
         for node in sorted(nodes):
-            if self._wake_at(node):
+            if 0 <= node < len(self._first) and self._wake_at(node):  # a footprint may name what does not exist
                 found = True
         return found
 

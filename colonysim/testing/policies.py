@@ -291,6 +291,7 @@ def _change_terrain(world: World, hidden: Sequence[int], stream: random.Random) 
     }  # fmt: skip
     for name, values in other.items():
         object.__setattr__(scenario, name, tuple(values))
+    world.survey()
     return [f"height of {node}" for node in hidden]
 
 

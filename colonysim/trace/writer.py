@@ -98,10 +98,7 @@ class TraceWriter:
         if table == "episodes":
             self.results.append(EpisodeResult._make(row))
         if len(rows) >= self.block_rows:
-            if table == "episodes":  # an episode that is listed is on disk as a whole
-                self.flush()
-            else:
-                self.pack(table)
+            self.pack(table)
         elif table == "events" or table == "episodes":
             now = time.monotonic()
             if now - self._flushed >= max(self._flush_seconds, 0.1 * (now - self._begun)):
@@ -167,6 +164,11 @@ class TraceWriter:
                 else:
                     packed[name] = column
         if packed["episode"].rows >= self._rows_per_part:
+            if table == "episodes":  # one that is listed is on disk as a whole
+                for other in self._digests:
+                    if other != table:
+                        self.pack(other)
+                        self._store(other)
             self._store(table)
 
     def _store(self, table: Table) -> None:

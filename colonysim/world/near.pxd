@@ -5,7 +5,7 @@ cimport cython
 @cython.final
 cdef class Near:
     cdef readonly double[::1] x, y
-    cdef readonly double limit
+    cdef readonly double limit, radius
     cdef readonly int most
     cdef readonly bint kept
     cdef readonly int[::1] first, nodes

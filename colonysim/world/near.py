@@ -16,15 +16,16 @@ __all__ = ["Near", "near"]
 ROOM = 1 << 24
 """Neighbourhoods that come to more nodes than this, 64 MB, are not kept but gathered when they are asked for."""
 
-_KNOWN: WeakKeyDictionary[Topology, dict[float, Near]] = WeakKeyDictionary()
+_KNOWN: WeakKeyDictionary[Topology, Near] = WeakKeyDictionary()
+"""Of each place what was asked for last."""
 
 
 def near(topology: Topology, radius: float) -> Near:
-    """What lies within a radius of the nodes of a place; the same object as long as the place is in use."""
-    known = _KNOWN.setdefault(topology, {})
-    if radius not in known:
-        known[radius] = Near(topology, radius)
-    return known[radius]
+    """What lies within a radius of the nodes of a place; the same object until another radius is asked for."""
+    known = _KNOWN.get(topology)
+    if known is None or known.radius != radius:
+        known = _KNOWN[topology] = Near(topology, radius)
+    return known
 
 
 class Near:
@@ -38,6 +39,7 @@ class Near:
         room: If the neighbourhoods come to more nodes than this together, they are not kept.
 
     Attributes:
+        radius: The radius.
         x: East coordinate of each node.
         y: North coordinate of each node.
         limit: The radius squared.
@@ -49,6 +51,7 @@ class Near:
 
     def __init__(self, topology: Topology, radius: float, room: int = ROOM) -> None:
         size = len(topology)
+        self.radius = radius
         self.x, self.y, self.limit = array("d", topology.x), array("d", topology.y), radius * radius
         self.most = self._fill_cells(size, max(radius, 1e-6))
         self.first, self.nodes, self.kept = array("i", bytes(4 * size + 4)), array("i"), True

@@ -13,8 +13,10 @@ cdef class Sight:
     cdef long long look, search
     cdef double reach, slack, shortest
     cdef double[::1] lengths, rises, surface, box_base, far, heap_far
-    cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at, occupant, node_holder
-    cdef int[::1] holes_first, hole_keys, queue
+    cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at
+    cdef int[::1] holes_first, hole_keys, hole_nodes, queue
+    cdef int holes_at
+    cdef bint holes_kept
     cdef long long[::1] seen, reached, done, wanted
     cdef unsigned char[::1] forbidden
     cdef list box_claim
@@ -28,9 +30,11 @@ cdef class Sight:
     @cython.locals(k=int, found=list)
     cpdef list boxes(self, int node)
 
-    @cython.locals(first=int, last=int, k=int)
+    @cython.locals(count=int, k=int)
     cpdef tuple holes(self, int node)
-    @cython.locals(filled="int[::1]", found="int[::1]", k=int, node=int, key=int, i=int)
+    @cython.locals(count=int, key=int)
+    cdef int look_for_holes(self, int node) noexcept
+    @cython.locals(filled="int[::1]", found="int[::1]", total="long long", count=int, k=int, node=int, key=int)
     cpdef fill_holes(self, holes)
     @cython.locals(look="long long", found="int[::1]", count=int, way=int, i=int, onward=int, j=int, k=int)
     cpdef int around(self, int node)

@@ -22,6 +22,8 @@ __all__ = ["SAME_HEIGHT", "Sight"]
 
 SAME_HEIGHT = 1e-6
 """Heights are sums of the scenario's numbers: below this they are equal."""
+ROOM = 1 << 20
+"""Holes near nodes that come to more than this are not noted but looked for."""
 DIAGONAL = 0.7071067811865475
 SHORT = 1.0 - 1e-9
 
@@ -33,6 +35,10 @@ class Sight:
         scenario: Its place, radius and rules.
     """
 
+    holes_kept: bool
+    holes_first: array[int]
+    hole_keys: array[int]
+
     def __init__(self, scenario: Scenario) -> None:
         topology = scenario.topology
         size, self.surroundings = len(topology), near(topology, scenario.detection_radius)
@@ -43,6 +49,7 @@ class Sight:
         for i, j in scenario.no_push:
             if j in topology.neighbours[i]:
                 self.forbidden[self.first[i] + topology.neighbours[i].index(j)] = 1
+        # Nothing that is seen from a node is more than this: neither a queue nor a way nor what lies around.
         most = self.surroundings.most + topology.most_neighbours
         # Where we look from, and what is seen from there: first the nodes within the radius, those in `near` from `at`
         # on, then other neighbours.
@@ -65,7 +72,6 @@ class Sight:
         self.surface, self.top = world.surface, world.top
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
         self.stacks, self.hole_at = world.stacks, world.hole_at
-        self.occupant, self.node_holder = world.occupant, world.node_holder
 
     # -- what is near ----------------------------------------------------------------------------------------------
 
@@ -111,22 +117,40 @@ class Sight:
 
     def holes(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the radius of `node`, ascending."""
-        first, last = self.holes_first[node], self.holes_first[node + 1]
-        return tuple([self.hole_keys[k] for k in range(first, last)])
+        count = self.look_for_holes(node)
+        return tuple([self.hole_keys[k] for k in range(self.holes_at, self.holes_at + count)])
+
+    def look_for_holes(self, node: int) -> int:
+        """How many holes lie within the radius of `node`; their keys stand in `hole_keys` from `holes_at` on."""
+        if self.holes_kept:
+            self.holes_at = self.holes_first[node]
+            return self.holes_first[node + 1] - self.holes_at
+        count = self.holes_at = 0
+        for key in range(len(self.hole_nodes)):
+            if self.surroundings.both(node, self.hole_nodes[key]):
+                self.hole_keys[count] = key
+                count += 1
+        return count
 
     def fill_holes(self, holes: Sequence[Hole]) -> None:
-        """Notes for every node the holes near it."""
-        filled, found = array("i", bytes(4 * self.size + 4)), self.scratch
-        for hole in holes:
-            for k in range(self.surroundings.gather(hole.node, found)):
+        """Notes for every node the holes near it, unless that comes to more than `ROOM`."""
+        self.hole_nodes, self.holes_at, self.holes_kept = array("i", [hole.node for hole in holes]), 0, True
+        self.holes_first, found, total = array("i", bytes(4 * self.size + 4)), self.scratch, 0
+        filled = array("i", bytes(4 * self.size + 4))
+        for key in range(len(self.hole_nodes)):
+            count = self.surroundings.gather(self.hole_nodes[key], found)
+            total += count
+            if total > ROOM:
+                self.holes_kept, self.hole_keys = False, array("i", bytes(4 * len(self.hole_nodes)))
+                return
+            for k in range(count):
                 filled[found[k] + 1] += 1
-        self.holes_first = array("i", bytes(4 * self.size + 4))
         for node in range(self.size):
             filled[node + 1] += filled[node]
             self.holes_first[node + 1] = filled[node + 1]
-        self.hole_keys = array("i", bytes(4 * filled[self.size]))
-        for key, hole in enumerate(holes):
-            for k in range(self.surroundings.gather(hole.node, found)):
+        self.hole_keys = array("i", bytes(4 * total))
+        for key in range(len(self.hole_nodes)):
+            for k in range(self.surroundings.gather(self.hole_nodes[key], found)):
                 node = found[k]
                 self.hole_keys[filled[node]] = key
                 filled[node] += 1
@@ -337,7 +361,7 @@ class Sight:
             i = self.via[i]
         return count
 
-    # -- what the searches share -----------------------------------------------------------------------------------
+    # -- what the search for a way runs on -----------------------------------------------------------------------------
 
     def ahead(self, i: int, j: int) -> float:
         """A little less than what is at least left to go between two nodes: an octagon's norm is below Euclid's.

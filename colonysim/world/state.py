@@ -83,17 +83,15 @@ class World:
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
         self.box_height = array("d", [box.height for box in scenario.boxes])
-        self._hole_nodes = array("i", [hole.node for hole in scenario.holes])
-        self._rims, self._box_heights = array("d", [hole.rim for hole in scenario.holes]), self.box_height
+        self._hole_nodes, self._box_heights = array("i", [hole.node for hole in scenario.holes]), self.box_height
+        self.survey()
         self._first, self._ends, self._lengths, self._slopes = scenario.topology.edges
-        floors = array("d", scenario.topology.z)
-        self._floors = floors
         self._reach, self._no_push = scenario.reach, scenario.no_push
         self._sight: Sight | None = None
         # Allocated once: a reset fills them anew, and who has taken hold of them need not do so again.
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.surface, self.top, self.occupant, self.node_holder = (
-            floors[:], array("i", [-1]) * size, array("i", [-1]) * size, array("i", [-1]) * size
+            array("d", scenario.topology.z), array("i", [-1]) * size, array("i", [-1]) * size, array("i", [-1]) * size
         )  # fmt: skip
         self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
         self.box_claim, self.box_stray = [-1] * boxes, [False] * boxes
@@ -108,6 +106,14 @@ class World:
         self._requests, self._requests_near = 0, array("i", [0]) * size
         self._bind()
         self.reset()
+
+    def survey(self) -> None:
+        """Takes the heights of the place and the rims of its holes from the scenario: once, for they do not change.
+
+        Whoever does change them, to see what depends on them, calls it again.
+        """
+        self._floors = array("d", self.scenario.topology.z)
+        self._rims = array("d", [hole.rim for hole in self.scenario.holes])
 
     def reset(self) -> None:
         """Puts everything where the scenario says it starts."""
@@ -145,7 +151,8 @@ class World:
         for name in _STATE:
             setattr(twin, name, deepcopy(getattr(self, name), memo))
         twin._bind()
-        twin._requests = 0  # what has been copied is looked up
+        for node in twin.clear_requests:
+            twin._count_request(node, 1)
         return twin
 
     # -- the rules of the place ------------------------------------------------------------------------------------
@@ -263,14 +270,18 @@ class World:
         return self._sight
 
     def boxes_near(self, node: int) -> list[int]:
-        """The boxes within the detection radius of `node`, ascending."""
+        """The boxes within the detection radius of `node`, ascending.
+
+        Raises:
+            IndexError: There is no such node.
+        """
+        self.topology.neighbours[node]
         return self.sight().boxes(node) if self.scenario.boxes else []
 
     def holes_near(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the detection radius of `node`, ascending."""
-        if not self.scenario.holes:
-            return ()
-        return self.sight().holes(node)
+        self.topology.neighbours[node]
+        return self.sight().holes(node) if self.scenario.holes else ()
 
     def seated(self) -> int:
         """How many boxes lie in a hole."""
@@ -280,8 +291,9 @@ class World:
 
     def ask(self, agent: int, node: int) -> None:
         """A carrier asks for a node, for which nobody asks yet, to be cleared."""
-        self.clear_requests[node] = agent
-        self._count_request(node, 1)
+        if 0 <= node < len(self._requests_near):  # what a policy names need not exist
+            self.clear_requests[node] = agent
+            self._count_request(node, 1)
 
     def unask(self, node: int) -> None:
         """Nobody asks for a node any more."""

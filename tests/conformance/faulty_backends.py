@@ -237,7 +237,8 @@ class Guesser(NodeWorld):
     """Draws from the stream of durations whenever it is asked what could be done."""
 
     def footprint(self, agent, intent):
-        self.jitters.draw(agent)
+        for draw in self.jitters:
+            draw()
         return super().footprint(agent, intent)
 
 

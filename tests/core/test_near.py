@@ -36,7 +36,8 @@ def test_it_is_whatever_is_not_farther_than_the_radius(radius):
 
 def test_it_is_known_as_long_as_the_place_is():
     topology = scattered(1)
-    assert near(topology, 2.0) is near(topology, 2.0) is not near(topology, 3.0)
+    found = near(topology, 2.0)
+    assert near(topology, 2.0) is found and near(topology, 3.0) is not found
     before = len(module._KNOWN)
     del topology
     gc.collect()
