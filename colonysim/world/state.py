@@ -269,18 +269,22 @@ class World:
             self._sight.bind(self)
         return self._sight
 
+    def _check(self, node: int) -> None:
+        if not 0 <= node < len(self._tops):
+            raise IndexError(f"there is no node {node}")
+
     def boxes_near(self, node: int) -> list[int]:
         """The boxes within the detection radius of `node`, ascending.
 
         Raises:
             IndexError: There is no such node.
         """
-        self.topology.neighbours[node]
+        self._check(node)
         return self.sight().boxes(node) if self.scenario.boxes else []
 
     def holes_near(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the detection radius of `node`, ascending."""
-        self.topology.neighbours[node]
+        self._check(node)
         return self.sight().holes(node) if self.scenario.holes else ()
 
     def seated(self) -> int:

@@ -103,8 +103,9 @@ def test_waits_footprints_and_requests_may_name_what_does_not_exist():
     world.ask(0, 99)
     assert not world.clear_requests and not world.requested_near(3)
     for asked in (world.holes_near, world.boxes_near):
-        with pytest.raises(IndexError):
-            asked(400_000_000)
+        for node in (400_000_000, 6, -1):
+            with pytest.raises(IndexError):
+                asked(node)
 
 
 def test_a_copied_world_hears_the_same_requests():
