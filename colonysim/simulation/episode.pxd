@@ -1,8 +1,8 @@
 # The types of episode.py when it is compiled.
 cimport cython
-from colonysim.heap cimport Heap
 from colonysim.policies.thought cimport Thought
 from colonysim.policies.view cimport LocalView
+from colonysim.simulation.moments cimport Moments
 from colonysim.simulation.strides cimport Strides
 from colonysim.simulation.waiting cimport Waiting
 from colonysim.trace.rows cimport Rows
@@ -18,7 +18,7 @@ cdef class Episode:
     cdef public World world
     cdef public object rows
     cdef public Strides strides
-    cdef public Heap moments
+    cdef public Moments moments
     cdef public list memories, views, random, queue
     cdef public object steps
     cdef public Waiting waiting
@@ -31,7 +31,7 @@ cdef class Episode:
     cdef public long long max_steps
 
     @cython.locals(
-        queue=list, moments=Heap, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
+        queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
         priority=int, number="long long",
     )
     cdef bint _go_on(self) except? -1

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import simpy
 
-from colonysim.heap import Heap
 from colonysim.pheromones.field import Visit
 from colonysim.simulation.clock import Clock
+from colonysim.simulation.moments import Moments
 from colonysim.simulation.strides import strides_of
 from colonysim.simulation.waiting import Waiting
 from colonysim.trace.schema import EpisodeResult
@@ -48,7 +48,7 @@ class _Environment(simpy.Environment):
 
     def __init__(self) -> None:
         super().__init__(0.0)
-        self.moments = Heap()  # (time, number): an agent, or below 0 the end of a wait
+        self.moments = Moments()
         self.queue: list[Any] = self._queue  # (time, priority, number, event)
         self.numbers = self._eid
 
@@ -64,7 +64,7 @@ class _Environment(simpy.Environment):
 
     def peek(self) -> float:
         """When something is due next."""
-        return min(super().peek(), self.moments.key)
+        return min(super().peek(), self.moments.time)
 
 
 def _raise_as_it_was(process: Any) -> None:
@@ -187,10 +187,10 @@ class Episode:
         """Lets happen what is due until there are events to hand out; returns False once the episode is over."""
         queue, moments, rows, events, agents = self.queue, self.moments, self.rows, self.rows.events, len(self.views)
         while True:
-            due, told = moments.key, True
+            due, told = moments.time, True
             if queue:
                 time, priority, number, _ = queue[0]
-                if time < due or (time == due and (priority != NORMAL or number < moments.tie)):
+                if time < due or (time == due and (priority != NORMAL or number < moments.number)):
                     due, told = time, False
             self.due = due
             if due > self.limit or due > self.last_outcome + self.stall or due == inf:

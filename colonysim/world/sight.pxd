@@ -1,6 +1,5 @@
 # The types of sight.py when it is compiled.
 cimport cython
-from colonysim.heap cimport Heap
 from colonysim.world.near cimport Near
 
 cdef double DIAGONAL, SHORT
@@ -8,14 +7,13 @@ cdef double DIAGONAL, SHORT
 
 @cython.final
 cdef class Sight:
-    cdef int size, centre, at, within
-    cdef Heap heap
+    cdef int size, centre, at, within, waiting
     cdef Near surroundings
     cdef readonly int step
     cdef long long look, search
     cdef double reach, slack, shortest
-    cdef double[::1] lengths, rises, surface, box_base, far
-    cdef int[::1] first, ends, near, scratch, found, via, left, right, top, box_node, hole_at
+    cdef double[::1] lengths, rises, surface, box_base, far, heap_far
+    cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at
     cdef int[::1] holes_first, hole_keys, hole_nodes, queue
     cdef int holes_at
     cdef bint holes_kept
@@ -64,5 +62,8 @@ cdef class Sight:
 
     @cython.locals(dx=double, dy=double, most=double, both=double)
     cdef double ahead(self, int i, int j) noexcept
-    cdef long long start(self, int node, double ahead) except *
-    cdef offer(self, double far, double ahead, int node, int via)
+    cdef long long start(self, int node, double ahead) noexcept
+    @cython.locals(heap_far="double[::1]", heap_node="int[::1]", place=int, above=int)
+    cdef void offer(self, double far, double ahead, int node, int via) noexcept
+    @cython.locals(heap_far="double[::1]", heap_node="int[::1]", count=int, place=int, far=double, node=int, below=int)
+    cdef void pop(self) noexcept

@@ -10,7 +10,6 @@ from __future__ import annotations
 from array import array
 from typing import TYPE_CHECKING
 
-from colonysim.heap import Heap
 from colonysim.world.near import near
 
 if TYPE_CHECKING:
@@ -60,9 +59,11 @@ class Sight:
         self.near = self.surroundings.nodes if self.surroundings.kept else self.scratch
         self.fill_holes(scenario.holes)
         # The search: for each node how far it is, and by which node one comes there (or which step was the first).
-        self.search, self.heap = 0, Heap()
+        self.search = self.waiting = 0
         self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
         self.reached, self.done, self.wanted = (array("q", bytes(8 * size)) for _ in range(3))
+        room = min(most * topology.most_neighbours, len(self.ends)) + 1
+        self.heap_far, self.heap_node = array("d", bytes(8 * room)), array("i", bytes(4 * room))
         self.queue = array("i", bytes(4 * (most + 1)))
         self.left, self.right = array("i", bytes(4 * most)), array("i", bytes(4 * most))
 
@@ -312,9 +313,10 @@ class Sight:
         if at == end:
             return ()
         search = self.start(at, self.ahead(at, end))
-        while self.heap.count:
-            i = self.heap.take()
+        while self.waiting:
+            i = self.heap_node[0]
             far = self.far[i]
+            self.pop()
             if i == end:
                 return self.traced(i)
             if self.done[i] == search:
@@ -374,11 +376,39 @@ class Sight:
     def start(self, node: int, ahead: float) -> int:
         """Begins a search at a node; returns its number."""
         self.search += 1
-        self.heap.clear()
+        self.waiting = 0
         self.offer(0.0, ahead, node, -1)
         return self.search
 
     def offer(self, far: float, ahead: float, node: int, via: int) -> None:
         """Notes how far a node is, and lets it wait for its turn; `ahead` is at least left to go."""
         self.far[node], self.via[node], self.reached[node] = far, via, self.search
-        self.heap.put(far + ahead, node, node)
+        far += ahead
+        heap_far, heap_node, place = self.heap_far, self.heap_node, self.waiting
+        self.waiting += 1
+        while place > 0:
+            above = (place - 1) // 2
+            if heap_far[above] < far or (heap_far[above] == far and heap_node[above] <= node):
+                break
+            heap_far[place], heap_node[place] = heap_far[above], heap_node[above]
+            place = above
+        heap_far[place], heap_node[place] = far, node
+
+    def pop(self) -> None:
+        """Takes the nearest node, of equally near ones that of the lowest number, from those that wait."""
+        self.waiting -= 1
+        heap_far, heap_node, count, place = self.heap_far, self.heap_node, self.waiting, 0
+        far, node = heap_far[count], heap_node[count]
+        below = 1
+        while below < count:
+            if below + 1 < count and (
+                heap_far[below + 1] < heap_far[below]
+                or (heap_far[below + 1] == heap_far[below] and heap_node[below + 1] < heap_node[below])
+            ):
+                below += 1
+            if far < heap_far[below] or (far == heap_far[below] and node <= heap_node[below]):
+                break
+            heap_far[place], heap_node[place] = heap_far[below], heap_node[below]
+            place = below
+            below = 2 * place + 1
+        heap_far[place], heap_node[place] = far, node

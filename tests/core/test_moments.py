@@ -1,4 +1,4 @@
-"""The heap of bare numbers, and what is due in it among SimPy's own events."""
+"""What is due comes in the order of time and number, among SimPy's own events too."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from heapq import heappop, heappush
 
 import simpy
 
-from colonysim.heap import Heap
+from colonysim.simulation.moments import Moments
 
 
 def test_it_is_the_order_of_a_heap_of_tuples():
-    rng, moments, heap = random.Random(1), Heap(), []
+    rng, moments, heap = random.Random(1), Moments(), []
     for number in range(3000):
         time = float(rng.randrange(50))  # many at one time
         moments.put(time, number, -number)
         heappush(heap, (time, number, -number))
         while heap and rng.random() < 0.48:
-            assert (moments.key, moments.tie) == heap[0][:2]
+            assert (moments.time, moments.number) == heap[0][:2]
             assert moments.take() == heappop(heap)[2]
     while heap:
         assert moments.take() == heappop(heap)[2]
-    assert moments.key == float("inf")
+    assert moments.time == float("inf")
 
 
 def test_cleared_it_is_as_new():
-    moments = Heap()
+    moments = Moments()
     for number in range(200):
         moments.put(1.0, number, number)
     moments.clear()
-    assert moments.key == float("inf")
+    assert moments.time == float("inf")
     moments.put(2.0, 5, 7)
-    assert (moments.key, moments.tie, moments.take()) == (2.0, 5, 7)
+    assert (moments.time, moments.number, moments.take()) == (2.0, 5, 7)
 
 
 def test_who_peeks_sees_what_is_due_in_either_queue():
