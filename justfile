@@ -27,6 +27,10 @@ layers:
 test *args:
     {{bin}}/pytest {{args}}
 
+# Thousands of random inputs, hundreds of kills: minutes long, and not part of the plain suite
+slow *args:
+    {{bin}}/pytest -m slow {{args}}
+
 # Everything that has to pass before a commit is shared
 check: lint types layers test
 
