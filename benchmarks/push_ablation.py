@@ -25,7 +25,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from colonysim.push.cards import replace_file
+from colonysim.files import replace_file
 from colonysim.push.evaluation import evaluate_push
 from colonysim.push.presets import PRESETS, TrainingConfig
 from colonysim.push.seeds import Purpose

@@ -24,7 +24,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from colonysim.push.cards import replace_file, save_model
+from colonysim.files import replace_file
+from colonysim.push.cards import save_model
 from colonysim.push.env import PushEnv
 from colonysim.push.evaluation import evaluate_push
 from colonysim.push.network import INPUTS, encode

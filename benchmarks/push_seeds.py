@@ -20,7 +20,8 @@ from typing import Any
 
 from push_pits import into_pits
 
-from colonysim.push.cards import load_model, replace_file, save_model
+from colonysim.files import replace_file
+from colonysim.push.cards import load_model, save_model
 from colonysim.push.evaluation import evaluate_push
 from colonysim.push.executors import ExecutorName
 from colonysim.push.seeds import Purpose

@@ -31,7 +31,7 @@ def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Itera
     Example:
         ```python
         with replacing(Path("table.csv")) as temporary:
-            temporary.write_text("a,b\\n")
+            temporary.write_text("a,b")
         ```
     """
     # Two processes that write the same file do not disturb each other: one of them wins, as a whole.
@@ -49,7 +49,7 @@ def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Itera
 
 
 def replace_file(path: Path, content: bytes | str, error: type[ColonysimError] = ColonysimError) -> None:
-    """Writes a whole file in one step, text as UTF-8 with "\\n" at the ends of lines.
+    """Writes a whole file in one step; text becomes UTF-8.
 
     Raises:
         ColonysimError: It cannot be written.

@@ -15,7 +15,7 @@ import colonysim
 from colonysim import exact
 from colonysim.bench.measuring import Figures
 from colonysim.errors import ColonysimError
-from colonysim.push.cards import replace_file
+from colonysim.files import replace_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,10 +70,7 @@ def save(document: dict[str, Any], path: Path) -> None:
     Raises:
         ColonysimError: It cannot be written.
     """
-    try:
-        replace_file(path, (json.dumps(document, indent=1) + "\n").encode())
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error
+    replace_file(path, json.dumps(document, indent=1) + "\n")
 
 
 def stored(path: Path) -> dict[str, Any]:

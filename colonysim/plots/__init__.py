@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.files import replacing
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
@@ -199,12 +200,7 @@ def save(figure: Figure, path: Path, kind: str, dpi: float = 130) -> None:
     Raises:
         ColonysimError: It cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.tmp")
     # Without dates in the files the same run gives the same bytes.
     metadata = {"png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
         figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)
-        temporary.replace(path)
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error

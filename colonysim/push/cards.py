@@ -19,13 +19,13 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim.errors import ColonysimError
+from colonysim.files import replace_file
 
 __all__ = [
     "Model",
     "ModelError",
     "load_arrays",
     "load_model",
-    "replace_file",
     "save_arrays",
     "save_model",
     "shipped_models",
@@ -150,14 +150,6 @@ def save_arrays(path: Path, arrays: Arrays) -> bytes:
     content = buffer.getvalue()
     replace_file(path, content)
     return content
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name and rename it, so that it is never seen half written."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_bytes(content)
-    temporary.replace(path)
 
 
 def _read_card(file: Traversable) -> dict[str, Any]:

@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from colonysim import __version__
 from colonysim.errors import MissingExtraError
-from colonysim.push.cards import ModelError, load_arrays, replace_file, save_arrays, save_model
+from colonysim.files import replace_file
+from colonysim.push.cards import ModelError, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.demonstrator import demonstrate

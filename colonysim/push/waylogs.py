@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from colonysim.errors import ColonysimError
+from colonysim.files import replace_file
 from colonysim.physics import Scene
-from colonysim.push.cards import load_model, replace_file
+from colonysim.push.cards import load_model
 from colonysim.push.cramped import CrampedWay, draw_way
 from colonysim.push.executors import Executor, make_executor
 from colonysim.push.feasibility import load_feasibility

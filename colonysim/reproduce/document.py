@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from colonysim.reproduce.judging import WORDS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Block", "Heading", "Picture", "Table", "Text", "as_html", "as_markdown", "replace_text"]
+__all__ = ["Block", "Heading", "Picture", "Table", "Text", "as_html", "as_markdown"]
 
 
 @dataclass(frozen=True)
@@ -136,18 +135,3 @@ def _inline(text: str) -> str:
     text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
     text = re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", text)
     return re.sub(r"\*([^*]+)\*", r"<em>\1</em>", text)
-
-
-def replace_text(path: Path, text: str) -> None:
-    """Writes a file in one step.
-
-    Raises:
-        ColonysimError: It cannot be written.
-    """
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)  # noqa: PTH105
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error

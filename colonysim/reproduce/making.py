@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim import __version__
 from colonysim.errors import ColonysimError
+from colonysim.files import replace_file
 from colonysim.reproduce import plans
 from colonysim.reproduce.context import Context
-from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown, replace_text
+from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown
 from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_on_bullet
 from colonysim.reproduce.judging import RULE, WORDS
 from colonysim.reproduce.paper import the_paper
@@ -179,8 +180,8 @@ def reproduce(
         parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
     blocks = [*_opening(context, _asked(list(chosen), size, bullet, trainings)), *parts]
     markdown, page = out / "reproduction.md", out / "reproduction.html"
-    replace_text(markdown, as_markdown(blocks))
-    replace_text(page, as_html(blocks, out))
+    replace_file(markdown, as_markdown(blocks))
+    replace_file(page, as_html(blocks, out))
     return Made(markdown, page, Counter(judged.verdict.word for judged in context.judged), tuple(context.gaps))
 
 

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from colonysim.errors import ColonysimError
+from colonysim.files import replacing
 from colonysim.sweep.plan import load_sweep
 from colonysim.sweep.store import Store
 from colonysim.sweep.tables import write_tables
@@ -120,9 +120,5 @@ def _keep_copy(file: Path, directory: Path) -> None:
     copy = directory / "sweep.yaml"
     if copy.exists() and copy.samefile(file):
         return
-    temporary = directory / ".sweep.yaml.tmp"
-    try:
+    with replacing(copy) as temporary:
         shutil.copyfile(file, temporary)
-        os.replace(temporary, copy)  # noqa: PTH105
-    except OSError as error:
-        raise ColonysimError(f"{copy}: cannot be written: {error.strerror or error}") from error

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.files import replacing
 from colonysim.intervals import bootstrap
 
 if TYPE_CHECKING:
@@ -53,12 +53,8 @@ def _write(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     import pyarrow.parquet as pq
 
     columns = {name: _column([row[name] for row in rows]) for name in (rows[0] if rows else {"trial": None})}
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
+    with replacing(path) as temporary:
         pq.write_table(pa.table(columns), temporary)
-        os.replace(temporary, path)  # noqa: PTH105
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def _column(values: Sequence[Any]) -> list[Any]:

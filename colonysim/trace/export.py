@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import sys
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.errors import TraceError
+from colonysim.files import replacing
 from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES
 
@@ -52,18 +52,13 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
     if out is None:
         sys.stdout.write(_text(rows, kind))
         return int(rows.num_rows)
-    temporary = out.with_name(f".{out.name}.tmp")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(out, TraceError) as temporary:
         if kind == "parquet":
             import pyarrow.parquet as pq
 
             pq.write_table(rows, temporary)
         else:
             temporary.write_text(_text(rows, kind), encoding="utf-8", newline="")
-        os.replace(temporary, out)  # noqa: PTH105
-    except OSError as error:
-        raise TraceError(f"{out}: cannot be written: {error.strerror or error}") from error
     return int(rows.num_rows)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import re
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
+from colonysim.files import replace_file
 from colonysim.trace.schema import VERSION
 
 if TYPE_CHECKING:
@@ -100,12 +100,7 @@ def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     Raises:
         TraceError: It cannot be written.
     """
-    temporary = directory / f".{MANIFEST}.tmp"
-    try:
-        temporary.write_text(json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-        os.replace(temporary, directory / MANIFEST)  # noqa: PTH105
-    except OSError as error:
-        raise TraceError(f"{directory / MANIFEST}: cannot be written: {error.strerror or error}") from error
+    replace_file(directory / MANIFEST, json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", TraceError)
 
 
 def read_manifest(directory: Path) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from array import array
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
+from colonysim.files import replacing
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
@@ -76,9 +76,7 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
     import pyarrow.parquet as pq
 
     table = arrow_table(columns, codes)
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path, TraceError) as temporary:
         # Without the Arrow schema texts come back as plain strings, whatever dictionary wrote them.
         # Numbers hardly repeat: looking for it (a dictionary) and bounds (statistics) cost more than they save.
         texts = [name for name, part in columns.items() if part.kind == "text"]
@@ -93,9 +91,6 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
             row_group_size=ROWS_IN_GROUP,
             memory_pool=pa.system_memory_pool(),
         )
-        os.replace(temporary, path)  # noqa: PTH105
-    except OSError as error:
-        raise TraceError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def read_parts(directory: Path, table: Table) -> Any:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colonysim.errors import ColonysimError, TraceError
+from colonysim.files import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -67,15 +68,8 @@ def write_video(
     from colonysim.video.film import Film
 
     film = Film(run, result, frames=round(seconds * fps), fps=fps, size=(width, height))
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
         encode(film, temporary, ending, progress or (lambda done, total: None))
-        temporary.replace(path)
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
     return path
 
 

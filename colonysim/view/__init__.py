@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from colonysim.errors import ColonysimError
+from colonysim.files import replace_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,11 +35,5 @@ def write_page(run: Run, out: str | Path | None = None, episodes: Sequence[int] 
         assert run.path is not None  # or its tables could not have been read
         out = run.path / "view.html"
     path = Path(out)
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        temporary.replace(path)
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error
+    replace_file(path, text)
     return path
