@@ -9,7 +9,24 @@ default:
 # A virtual environment with everything in it
 setup:
     python3.11 -m venv .venv
-    {{bin}}/pip install -e '.[all,dev]'
+    {{bin}}/pip install -c constraints.txt -e '.[all,dev]'
+
+# Writes constraints.txt, from which tests and CI install, with today's newest versions; then run the tests
+lock:
+    {{bin}}/pip install --quiet uv
+    {{bin}}/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --upgrade --quiet \
+        --no-annotate --custom-compile-command "just lock" --output-file constraints.txt
+
+# Tests in a new environment with the newest versions of everything; `just newest torch==2.13.0` says which PyTorch
+newest torch="torch":
+    rm -rf .venv-newest
+    python3.11 -m venv .venv-newest
+    .venv-newest/bin/pip install '{{torch}}'
+    .venv-newest/bin/pip install -e '.[all,dev]'
+    .venv-newest/bin/ruff check
+    .venv-newest/bin/mypy
+    .venv-newest/bin/lint-imports
+    .venv-newest/bin/pytest
 
 # Style and common mistakes
 lint:
