@@ -2,6 +2,6 @@
 
 from colonysim.bench.cases import CASES, Case
 from colonysim.bench.measuring import Figures, measure
-from colonysim.bench.report import compared, report, save, stored
+from colonysim.bench.report import compared, report, save, shares, stored
 
-__all__ = ["CASES", "Case", "Figures", "compared", "measure", "report", "save", "stored"]
+__all__ = ["CASES", "Case", "Figures", "compared", "measure", "report", "save", "shares", "stored"]

@@ -87,7 +87,7 @@ def _measure(name: str, rounds: int) -> Figures:
     steps = waits = 0
     if not case.traced:
         # Counted in a run of its own, which also warms up what is loaded at first use.
-        for event in simulate(scenario, episodes=case.episodes, seed=SEED, kinds=["end", "wait"]):
+        for event in simulate(scenario, kinds=["end", "wait"], **case.settings):
             steps += event.kind == "end"
             waits += event.kind == "wait"
     seconds: list[float] = []
@@ -114,7 +114,7 @@ def _peak_mb() -> float | None:
 def _bare(case: Case, scenario: Scenario) -> float:
     """Seconds of the episodes when nobody asks for more than how they ended."""
     began = time.perf_counter()
-    for _ in simulate(scenario, episodes=case.episodes, seed=SEED, kinds=["episode"]):
+    for _ in simulate(scenario, kinds=["episode"], **case.settings):
         pass
     return time.perf_counter() - began
 
@@ -123,7 +123,7 @@ def _traced(case: Case, scenario: Scenario) -> tuple[float, int]:
     """Seconds of a recorded run, and its steps."""
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        done = run(scenario, episodes=case.episodes, seed=SEED, out=Path(folder) / "run")
+        done = run(scenario, out=Path(folder) / "run", **case.settings)
         taken = time.perf_counter() - began
         steps: int = done.manifest["rows"]["decisions"]
     return taken, steps

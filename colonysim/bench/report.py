@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import colonysim
 from colonysim import exact
+from colonysim.bench.cases import CASES
 from colonysim.bench.measuring import Figures
 from colonysim.errors import ColonysimError
 from colonysim.files import replace_file
@@ -20,7 +21,7 @@ from colonysim.files import replace_file
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["compared", "report", "save", "stored"]
+__all__ = ["compared", "report", "save", "shares", "stored"]
 
 FORMAT = 1
 
@@ -32,6 +33,20 @@ def report(figures: Sequence[Figures]) -> dict[str, Any]:
         figures: One for each case.
     """
     return {"format": FORMAT, "machine": _machine(), "rows": [_row(f) for f in figures]}
+
+
+def shares(figures: Sequence[Figures]) -> dict[str, float]:
+    """What a user brings beside what is built in: by case, its decisions a timeout over those of the case beside it.
+
+    Args:
+        figures: Cases whose `beside` is not among them are left out.
+    """
+    ratios = {each.case: each.decision_ratio for each in figures}
+    return {
+        name: ratio / ratios[beside]
+        for name, ratio in ratios.items()
+        if (beside := CASES[name].beside) in ratios and ratios[beside] > 0.0
+    }
 
 
 def _row(figures: Figures) -> dict[str, Any]:

@@ -36,9 +36,10 @@ def command(
     """Time colonies of many sizes beside bare SimPy timeouts.
 
     The ratio is steps a second over bare timeouts a second with as many processes, taken in turn: it says
-    more than either of them on a machine that does other things too. "decided" counts waits as well as steps.
+    more than either of them on a machine that does other things too. "decided" counts waits as well as steps, and
+    "of built in" sets a case in which a user brings something beside the case on the same world in which nobody does.
     """
-    from colonysim.bench import CASES, compared, measure, report, save, stored
+    from colonysim.bench import CASES, compared, measure, report, save, shares, stored
     from colonysim.cli.console import print_json, print_table, say
     from colonysim.errors import ColonysimError
     from colonysim.suggest import nearest
@@ -61,22 +62,29 @@ def command(
     if as_json:
         print_json(document | {"faster": faster} if before is not None else document)
         return
-    columns = ["case", ">agents", ">steps", ">steps/s", ">timeouts/s", ">ratio", ">decided", ">build s", ">peak MB"]
+    columns = [
+        "case", ">agents", ">steps", ">steps/s", ">timeouts/s", ">ratio", ">decided", ">of built in", ">build s",
+        ">peak MB",
+    ]  # fmt: skip
     if before is not None:
         columns.append(">against before")
     machine = document["machine"]
     about = f"{machine['processor']}, Python {machine['python']}, SimPy {machine['simpy']}"
     kind = "compiled" if machine["compiled"] else "not compiled"
     title = f"medians of {rounds} rounds; {about}; colonysim {machine['colonysim']}, {kind}"
-    print_table(columns, [_cells(row, faster, before is not None) for row in document["rows"]], title)
+    beside = shares(figures)
+    print_table(columns, [_cells(row, beside, faster, before is not None) for row in document["rows"]], title)
 
 
-def _cells(row: Mapping[str, Any], faster: Mapping[str, float], against: bool) -> list[str]:
-    peak = "-" if row["peak_mb"] is None else f"{row['peak_mb']:.0f}"
+def _cells(
+    row: Mapping[str, Any], beside: Mapping[str, float], faster: Mapping[str, float], against: bool
+) -> list[str]:
+    name, peak = row["case"], "-" if row["peak_mb"] is None else f"{row['peak_mb']:.0f}"
     cells = [
-        row["case"], f"{row['agents']:,}", f"{row['steps']:,}", f"{row['rate']:,.0f}", f"{row['timeout_rate']:,.0f}",
-        f"{row['ratio']:.3f}", f"{row['decision_ratio']:.3f}", f"{row['build_seconds']:.2f}", peak,
+        name, f"{row['agents']:,}", f"{row['steps']:,}", f"{row['rate']:,.0f}", f"{row['timeout_rate']:,.0f}",
+        f"{row['ratio']:.3f}", f"{row['decision_ratio']:.3f}", f"{beside[name]:.3f}" if name in beside else "",
+        f"{row['build_seconds']:.2f}", peak,
     ]  # fmt: skip
     if against:
-        cells.append(f"{faster[row['case']]:.2f}" if row["case"] in faster else "new")
+        cells.append(f"{faster[name]:.2f}" if name in faster else "new")
     return cells

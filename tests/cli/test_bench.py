@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
-from colonysim.bench import CASES, compared, measure, report, save, stored
+from colonysim.bench import CASES, Figures, compared, measure, report, save, shares, stored
 from colonysim.cli import app
 from colonysim.errors import ColonysimError
+from colonysim.simulation import simulate
 
 
 def colonysim(*words: object) -> Result:
@@ -65,3 +67,21 @@ def test_cases_are_what_they_say(name: str) -> None:
     assert len(scenario.agents) == int(name.rpartition("-")[2])
     share = len(scenario.boxes) / len(scenario.topology)
     assert share == (pytest.approx(0.05) if "boxes" in name else 0.0)
+
+
+def test_what_a_user_brings_runs_as_the_case_says_and_stands_beside_the_built_in() -> None:
+    # Derived and unchanged, or with a field that writes nothing, a colony does what it did before.
+    for name in ("subclass", "extra-field", "own-backend", "extra-field-hard"):
+        case, beside = CASES[name], CASES[CASES[name].beside]
+        ends = []
+        for each in (case, beside):
+            settings = each.settings | {"episodes": 1}
+            events = simulate(each.make(), kinds=["end"], **settings)
+            ends.append([(event.time, event.agent, event.node) for event in itertools.islice(events, 2000)])
+            events.close()
+        assert ends[0] == ends[1], name
+    figures = [
+        Figures(name, 1000, steps, decisions, 0.1, (1.0,), (1000.0,), None)
+        for name, steps, decisions in (("travel-1000", 1000, 1000), ("paper", 200, 500), ("extra-field-hard", 9, 9))
+    ]
+    assert shares(figures) == {"paper": pytest.approx(0.5)}
