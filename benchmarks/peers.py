@@ -1,8 +1,8 @@
 """Agent steps a second of the frameworks that a user might pick instead, beside ours and beside bare SimPy.
 
-The peers are installed from their packages into an environment of their own. Each does the nearest thing it has: agents
-that walk at random on a grid or a network, without marks, boxes or holes; ours read and leave all four pheromones. What
-a peer's step is differs, so the figures say how much room a model has in each, not which framework is the better one.
+The peers are installed from their packages into an environment of their own. Like is compared with like: the same
+random walk, in a few lines of Python as a user of each would write it (ours, `OwnWalk`, also looks whether a node is
+free, for bodies do not share one). The built-in colony, which reads and leaves all four pheromones, stands beside them.
 Every round measures all of them in turn, each in a fresh process, and the yardstick in both environments.
 
     python benchmarks/peers.py --agents 1000 --side 100 --steps 50 --rounds 3
@@ -123,6 +123,10 @@ PEERS: dict[str, Callable[[int, int, int, bool], float]] = {
 }
 
 
+OURS = {"colonysim, the same network walk": True, "colonysim, colony": False}
+"""Whether it is the random walk."""
+
+
 def yardstick(processes: int, count: int = 100_000) -> float:
     """Bare SimPy timeouts a second; written out here, as the peers' environment knows nothing of this project."""
     import simpy
@@ -142,28 +146,29 @@ def yardstick(processes: int, count: int = 100_000) -> float:
     return each * processes / (time.perf_counter() - began)
 
 
-def ours(agents: int, side: int, steps: int, crowded: bool) -> tuple[int, float]:
-    """Steps and seconds of our travelling agents with all four pheromones."""
+def ours(what: str, agents: int, side: int, steps: int, crowded: bool) -> float:
+    """Steps a second of our travelling agents: with all four pheromones, or the random walk."""
+    from colonysim.bench.brought import OwnWalk
     from colonysim.simulation import simulate
     from colonysim.world.invent import invent
     from colonysim.world.loading import scenario_from_document
 
     document = invent("grid", columns=side, rows=side, agents=agents, crowded=crowded, seed=SEED)
     scenario = scenario_from_document({**document, "max_steps": steps})
-    count = sum(event.kind == "end" for event in simulate(scenario, episodes=1, seed=SEED, kinds=["end"]))
+    policy = OwnWalk if OURS[what] else None
+    count = sum(1 for _ in simulate(scenario, policy=policy, episodes=1, seed=SEED, kinds=["end"]))
     began = time.perf_counter()
-    for _ in simulate(scenario, episodes=1, seed=SEED, kinds=["episode"]):
+    for _ in simulate(scenario, policy=policy, episodes=1, seed=SEED, kinds=["episode"]):
         pass
-    return count, time.perf_counter() - began
+    return count / (time.perf_counter() - began)
 
 
 def inside(what: str, agents: int, side: int, steps: int, crowded: bool) -> float:
     """One measurement in this process: steps or timeouts a second."""
     if what == "yardstick":
         return yardstick(agents)
-    if what == "colonysim":
-        count, seconds = ours(agents, side, steps, crowded)
-        return count / seconds
+    if what in OURS:
+        return ours(what, agents, side, steps, crowded)
     return agents * steps / PEERS[what](agents, side, steps, crowded)
 
 
@@ -200,7 +205,7 @@ def main() -> None:
     for agents in given.agents:
         rates: dict[str, list[tuple[float, float]]] = {}
         for _ in range(given.rounds):
-            for python, names in ((sys.executable, ["colonysim"]), (theirs, list(PEERS))):
+            for python, names in ((sys.executable, list(OURS)), (theirs, list(PEERS))):
                 for name in names:
                     pair = measured(python, name, agents), measured(python, "yardstick", agents)
                     rates.setdefault(name, []).append(pair)
