@@ -26,12 +26,12 @@ from pathlib import Path
 from typing import Any
 
 from colonysim.files import replace_file
-from colonysim.push.evaluation import evaluate_push
-from colonysim.push.presets import PRESETS, TrainingConfig
-from colonysim.push.seeds import Purpose
-from colonysim.push.starts import KINDS
 from colonysim.push.task import Kind
-from colonysim.push.training import train_push
+from colonysim.push.training.evaluation import evaluate_push
+from colonysim.push.training.presets import PRESETS, TrainingConfig
+from colonysim.push.training.seeds import Purpose
+from colonysim.push.training.starts import KINDS
+from colonysim.push.training.trainer import train_push
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results" / "push_ablation.jsonl"
 HOLE: tuple[tuple[Kind, float], ...] = (("hole", 1.0),)

@@ -9,9 +9,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from colonysim.push.chains import evaluate_chains
 from colonysim.push.executors import ChooserName, ExecutorName, make_executor
 from colonysim.push.feasibility import load_feasibility
+from colonysim.push.training.chains import evaluate_chains
 
 ROWS: dict[str, tuple[ExecutorName, ChooserName, bool]] = {
     "staged": ("staged", "network", False),

@@ -14,12 +14,12 @@ from pathlib import Path
 
 from colonysim.intervals import wilson
 from colonysim.physics import Terrain
-from colonysim.push.evaluation import judged_start
 from colonysim.push.executors import make_executor
 from colonysim.push.paths import everything_else
-from colonysim.push.seeds import Purpose
-from colonysim.push.starts import Start, start_names
 from colonysim.push.task import run_alone
+from colonysim.push.training.evaluation import judged_start
+from colonysim.push.training.seeds import Purpose
+from colonysim.push.training.starts import Start, start_names
 
 
 def deepened(start: Start, boxes: int) -> Start:

@@ -26,12 +26,12 @@ import numpy as np
 
 from colonysim.files import replace_file
 from colonysim.push.cards import save_model
-from colonysim.push.env import PushEnv
-from colonysim.push.evaluation import evaluate_push
 from colonysim.push.network import INPUTS, encode
-from colonysim.push.presets import PRESETS, StartMix, TrainingConfig
-from colonysim.push.seeds import Purpose
-from colonysim.push.training import train_push
+from colonysim.push.training.env import PushEnv
+from colonysim.push.training.evaluation import evaluate_push
+from colonysim.push.training.presets import PRESETS, StartMix, TrainingConfig
+from colonysim.push.training.seeds import Purpose
+from colonysim.push.training.trainer import train_push
 
 STARTS = "push_wide"
 ROWS = (

@@ -22,10 +22,10 @@ from push_pits import into_pits
 
 from colonysim.files import replace_file
 from colonysim.push.cards import load_model, save_model
-from colonysim.push.evaluation import evaluate_push
 from colonysim.push.executors import ExecutorName
-from colonysim.push.seeds import Purpose
-from colonysim.push.training import train_push
+from colonysim.push.training.evaluation import evaluate_push
+from colonysim.push.training.seeds import Purpose
+from colonysim.push.training.trainer import train_push
 
 TUNING_SEED = 20
 PUSHES: tuple[ExecutorName, ...] = ("rl", "staged")

@@ -10,9 +10,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from colonysim.push.evaluation import evaluate_push
 from colonysim.push.executors import ChooserName, ExecutorName
-from colonysim.push.starts import KINDS
+from colonysim.push.training.evaluation import evaluate_push
+from colonysim.push.training.starts import KINDS
 
 ROWS: dict[str, tuple[ExecutorName, ChooserName, int]] = {
     "rl": ("rl", "network", 1),

@@ -58,7 +58,7 @@ def push(
     from colonysim.cli.progress import Bar
 
     need_bullet()
-    from colonysim.push.evaluation import evaluate_push
+    from colonysim.push.training.evaluation import evaluate_push
 
     recorder = None
     if out is not None:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.push.cards import load_model
-from colonysim.push.evaluation import judged_start
-from colonysim.push.starts import KINDS, distribution
+from colonysim.push.training.evaluation import judged_start
+from colonysim.push.training.starts import KINDS, distribution
 from colonysim.trace.manifest import begin_manifest, prepare_directory
 from colonysim.trace.schema import EpisodeResult, Event
 from colonysim.trace.writer import TraceWriter
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from colonysim.physics import Pose, Scene
-    from colonysim.push.evaluation import Played
     from colonysim.push.executors import ExecutorName
-    from colonysim.push.starts import Start
     from colonysim.push.task import Chooser, Kind
+    from colonysim.push.training.evaluation import Played
+    from colonysim.push.training.starts import Start
 
 __all__ = ["PushRecorder"]
 
@@ -35,7 +35,7 @@ _POSE_TICKS = 6
 
 
 class PushRecorder:
-    """Looks on at an evaluation (`colonysim.push.evaluation.Watch`) and writes its run directory.
+    """Looks on at an evaluation (`colonysim.push.training.evaluation.Watch`) and writes its run directory.
 
     Each push is an episode, counted from 1 through all terrains: poses of agent 0 and box 0, controls, one event and
     one result. Where it happens, and from where to where it goes, is in the manifest below `evaluation`.

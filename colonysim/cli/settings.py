@@ -11,7 +11,7 @@ from colonysim.suggest import nearest
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from colonysim.push.presets import TrainingConfig
+    from colonysim.push.training.presets import TrainingConfig
 
 __all__ = ["with_settings"]
 

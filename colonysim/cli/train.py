@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from colonysim.push.training import Progress
+    from colonysim.push.training.trainer import Progress
 
 __all__ = ["app"]
 
@@ -65,8 +65,8 @@ def push(
 
     need_bullet()
     need("torch", "train", "training")
-    from colonysim.push.presets import PRESETS
-    from colonysim.push.training import train_push
+    from colonysim.push.training.presets import PRESETS
+    from colonysim.push.training.trainer import train_push
 
     if preset not in PRESETS:
         raise ColonysimError(f"no preset {preset!r}; {nearest(preset, PRESETS)}")
@@ -112,7 +112,7 @@ def feasibility(
 
     need_bullet()
     need("sklearn", "train", "training")
-    from colonysim.push.feasibility import train_feasibility
+    from colonysim.push.training.forest import train_feasibility
 
     with Bar("gathering states", states, quiet) as bar:
         card = train_feasibility(out, seed, model=model, states=states, on_progress=lambda done, _: bar.move(done))
@@ -137,7 +137,7 @@ def way(
 
     need_bullet()
     need("sklearn", "train", "fitting")
-    from colonysim.push.calibration import train_way_chance
+    from colonysim.push.training.calibration import train_way_chance
 
     with Bar("pushing along ways", ways, quiet) as bar:
         card = train_way_chance(out, seed, model=model, ways=ways, on_progress=lambda done, _: bar.move(done))

@@ -1,4 +1,4 @@
-"""The skill of pushing a box: controls, executors, learning. It uses the physics and knows no colonies."""
+"""The skill of pushing a box: controls, executors, models. It uses the physics and knows no colonies."""
 
 from colonysim.push.driving import drive_to
 from colonysim.push.paths import Obstacles, Surroundings, everything_else

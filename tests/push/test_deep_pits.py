@@ -7,9 +7,9 @@ import pytest
 from colonysim.physics import Scene
 from colonysim.push.executors import make_executor
 from colonysim.push.paths import everything_else
-from colonysim.push.seeds import Purpose, episode_rng
-from colonysim.push.starts import distribution, draw
 from colonysim.push.task import run_alone
+from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.push.training.starts import distribution, draw
 
 
 @pytest.mark.parametrize("i", range(2))

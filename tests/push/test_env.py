@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from colonysim.push.controls import Control
-from colonysim.push.demonstrator import demonstrate
-from colonysim.push.env import PushEnv
-from colonysim.push.episode import Episode
 from colonysim.push.judging import Rules
-from colonysim.push.starts import distribution, draw
 from colonysim.push.state import observe
+from colonysim.push.training.demonstrator import demonstrate
+from colonysim.push.training.env import PushEnv
+from colonysim.push.training.episode import Episode
+from colonysim.push.training.starts import distribution, draw
 
 
 def test_gymnasium_s_checker_passes() -> None:

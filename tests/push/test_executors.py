@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain
-from colonysim.push.chains import Chain, draw_chain, evaluate_chains, play_chain
-from colonysim.push.evaluation import evaluate_push, play_push
 from colonysim.push.executors import EXECUTORS, ExecutorName, make_executor
 from colonysim.push.feasibility import load_feasibility
 from colonysim.push.gated import chance_of_push
 from colonysim.push.judging import STEP_LIMIT
 from colonysim.push.paths import everything_else
-from colonysim.push.seeds import Purpose, episode_rng
-from colonysim.push.starts import KINDS, Start, distribution, draw
 from colonysim.push.state import State, observe
 from colonysim.push.task import Kind, PushTask, run_alone
+from colonysim.push.training.chains import Chain, draw_chain, evaluate_chains, play_chain
+from colonysim.push.training.evaluation import evaluate_push, play_push
+from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.push.training.starts import KINDS, Start, distribution, draw
 
 
 def start_of(kind: Kind, i: int, starts: str = "push") -> Start:

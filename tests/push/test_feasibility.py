@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from colonysim.push.feasibility import flatten_forest, load_feasibility, train_feasibility
+from colonysim.push.feasibility import load_feasibility
+from colonysim.push.training.forest import flatten_forest, train_feasibility
 
 
 def test_flat_arrays_equal_scikit_learn() -> None:

@@ -8,10 +8,10 @@ import pytest
 
 from colonysim.push.cards import ModelError
 from colonysim.push.network import load_network
-from colonysim.push.presets import PRESETS, LearnerConfig, StartMix
-from colonysim.push.replay import NStep, Replay
-from colonysim.push.seeds import Purpose, episode_rng
-from colonysim.push.training import Progress, train_push
+from colonysim.push.training.presets import PRESETS, LearnerConfig, StartMix
+from colonysim.push.training.replay import NStep, Replay
+from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.push.training.trainer import Progress, train_push
 
 TINY = dataclasses.replace(
     PRESETS["improved"],
@@ -65,7 +65,7 @@ def test_a_time_out_is_not_an_end_its_future_is_estimated() -> None:
 
 def test_both_forms_of_the_double_dqn_target() -> None:
     torch = pytest.importorskip("torch")
-    from colonysim.push.dqn import double_dqn_target
+    from colonysim.push.training.dqn import double_dqn_target
 
     online = torch.tensor([[1.0, 5.0, 2.0]])
     target = torch.tensor([[7.0, 3.0, 4.0]])
@@ -81,8 +81,8 @@ def test_both_forms_of_the_double_dqn_target() -> None:
 @pytest.mark.parametrize("target", ["standard", "printed"])
 def test_double_dqn_learns_a_toy_with_a_known_best_control(target: str) -> None:
     pytest.importorskip("torch")
-    from colonysim.push.dqn import DoubleDQN
     from colonysim.push.network import random_network
+    from colonysim.push.training.dqn import DoubleDQN
 
     rng = np.random.default_rng(0)
     config = LearnerConfig(target=target, target_every=20, learning_rate=5e-3, learning_rate_end=5e-3)  # type: ignore[arg-type]
@@ -102,8 +102,8 @@ def test_double_dqn_learns_a_toy_with_a_known_best_control(target: str) -> None:
 
 def test_what_is_tested_is_an_average_of_the_networks_so_far() -> None:
     pytest.importorskip("torch")
-    from colonysim.push.dqn import DoubleDQN
     from colonysim.push.network import random_network
+    from colonysim.push.training.dqn import DoubleDQN
 
     rng = np.random.default_rng(0)
     learner = DoubleDQN(random_network("state", (4,), rng), LearnerConfig(average_share=0.25))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from colonysim.push.controls import CONTROLS, Control, control_speeds
-from colonysim.push.mirror import mirror_signs, mirrored, mirrored_control
 from colonysim.push.network import INPUTS, Inputs, encode
-from colonysim.push.replay import Batch
 from colonysim.push.state import State
+from colonysim.push.training.mirror import mirror_signs, mirrored, mirrored_control
+from colonysim.push.training.replay import Batch
 
 RNG = np.random.default_rng(3)
 STATES = [

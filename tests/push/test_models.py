@@ -111,7 +111,7 @@ def test_running_a_push_needs_neither_torch_nor_scikit_learn() -> None:
         "import sys; from colonysim.push.executors import make_executor; make_executor('staged');"
         "from colonysim.push.feasibility import load_feasibility; load_feasibility();"
         "from colonysim.push.way import load_way_chance; load_way_chance();"
-        "import colonysim.push.evaluation, colonysim.push.training;"
+        "import colonysim.push.training.evaluation, colonysim.push.training.trainer;"
         "bad = {'torch', 'sklearn', 'pickle5', 'gymnasium'} & set(sys.modules); assert not bad, bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

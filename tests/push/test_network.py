@@ -11,8 +11,8 @@ from colonysim.push.state import State
 
 def test_numpy_and_torch_agree() -> None:
     torch = pytest.importorskip("torch")
-    from colonysim.push.dqn import DoubleDQN
-    from colonysim.push.presets import LearnerConfig
+    from colonysim.push.training.dqn import DoubleDQN
+    from colonysim.push.training.presets import LearnerConfig
 
     start = load_network()
     learner = DoubleDQN(start, LearnerConfig())

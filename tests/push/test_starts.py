@@ -6,8 +6,8 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from colonysim.push.starts import KINDS, distribution, draw, start_names
 from colonysim.push.task import Kind
+from colonysim.push.training.starts import KINDS, distribution, draw, start_names
 
 
 def test_the_distribution_of_the_quoted_results_is_frozen() -> None:
@@ -57,5 +57,5 @@ def test_an_unknown_name_is_answered_with_the_known_ones() -> None:
 
 
 def test_the_file_says_what_each_distribution_is_for() -> None:
-    text = files("colonysim.push").joinpath("starts.json").read_bytes()
+    text = files("colonysim.push.training").joinpath("starts.json").read_bytes()
     assert text.count(b'"about"') == len(start_names()) + 1

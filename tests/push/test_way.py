@@ -12,13 +12,13 @@ import pytest
 from colonysim.errors import ColonysimError
 from colonysim.physics import BUMPER, BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
 from colonysim.push import PushTask, Surroundings
-from colonysim.push.calibration import calibration_curve, false_accepts, fit_way_chance, judge_folds
 from colonysim.push.cards import ModelError, save_model
-from colonysim.push.cramped import draw_way
 from colonysim.push.foresight import Features, foresee
-from colonysim.push.seeds import Purpose, episode_rng
+from colonysim.push.training.calibration import calibration_curve, false_accepts, fit_way_chance, judge_folds
+from colonysim.push.training.cramped import draw_way
+from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.push.training.waylogs import LoggedPush, LoggedWay, gather_ways
 from colonysim.push.way import WayChance, chances_along, load_way_chance
-from colonysim.push.waylogs import LoggedPush, LoggedWay, gather_ways
 
 OPEN = Ground(-9.0, -9.0, 9.0, 9.0, 0.0)
 EASY = Features(0.5, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0)

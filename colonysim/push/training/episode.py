@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from colonysim.push.controls import CONTROL_TICKS, Control, control_speeds
 from colonysim.push.judging import OFF_NODE, Rules, Verdict, guard, judge, reward, short_of_node
 from colonysim.push.seating import SETTLE_SECONDS, is_deep, lies, pressed
-from colonysim.push.starts import Start
 from colonysim.push.state import State, observe
+from colonysim.push.training.starts import Start
 
 __all__ = ["Episode", "Step"]
 

@@ -81,7 +81,7 @@ class Start:
 
 @cache
 def _entries() -> dict[str, Any]:
-    text = files("colonysim.push").joinpath("starts.json").read_text(encoding="utf-8")
+    text = files("colonysim.push.training").joinpath("starts.json").read_text(encoding="utf-8")
     return {k: v for k, v in json.loads(text).items() if k != "about"}
 
 

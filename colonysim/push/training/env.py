@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim.push.controls import CONTROLS, Control
-from colonysim.push.episode import Episode
 from colonysim.push.judging import PAPER_RULES, Rules
-from colonysim.push.starts import KINDS, distribution, draw
 from colonysim.push.task import Kind
+from colonysim.push.training.episode import Episode
+from colonysim.push.training.starts import KINDS, distribution, draw
 
 __all__ = ["PushEnv"]
 

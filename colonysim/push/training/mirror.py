@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.network import Inputs
-from colonysim.push.replay import Batch
+from colonysim.push.training.replay import Batch
 
 __all__ = ["mirror_signs", "mirrored", "mirrored_control"]
 

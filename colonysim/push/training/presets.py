@@ -73,7 +73,7 @@ class TrainingConfig:
         buffer: Capacity of the replay.
         batch: Transitions of one update (b).
         explore: First actions, chosen without the network (S).
-        mirror: Whether each transition of a batch is seen in a mirror with a chance of one half (`push/mirror.py`).
+        mirror: Whether each transition of a batch is seen in a mirror with a chance of one half (`mirror.py`).
         demonstrations: Share of those that the demonstrator chooses; the others are drawn uniformly.
         update_from: Transitions in the replay before the first update.
         update_every: Actions between two updates.

@@ -13,10 +13,10 @@ from colonysim.push.controls import CONTROL_TICKS
 from colonysim.push.executors import ChooserName, Executor, ExecutorName, make_executor
 from colonysim.push.judging import STEP_LIMIT, STEP_TICKS, Rules, Verdict, judge, reward
 from colonysim.push.paths import everything_else
-from colonysim.push.seeds import Purpose, episode_rng
-from colonysim.push.starts import KINDS, Start, distribution, draw
 from colonysim.push.state import observe
 from colonysim.push.task import Chooser, Kind, Log, Manoeuvre, ignore
+from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.push.training.starts import KINDS, Start, distribution, draw
 
 __all__ = ["Played", "Watch", "evaluate_push", "judged_start", "play_push"]
 

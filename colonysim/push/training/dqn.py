@@ -9,8 +9,8 @@ import torch
 from torch import nn
 
 from colonysim.push.network import Layer, QNetwork
-from colonysim.push.presets import LearnerConfig, Target
-from colonysim.push.replay import Batch
+from colonysim.push.training.presets import LearnerConfig, Target
+from colonysim.push.training.replay import Batch
 
 __all__ = ["DoubleDQN", "double_dqn_target"]
 

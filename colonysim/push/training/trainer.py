@@ -17,19 +17,19 @@ from colonysim.files import replace_file
 from colonysim.push.cards import ModelError, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
-from colonysim.push.demonstrator import demonstrate
-from colonysim.push.episode import Episode, Step
-from colonysim.push.mirror import mirror_signs, mirrored
 from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
-from colonysim.push.presets import PRESETS, StartMix, TrainingConfig
-from colonysim.push.replay import NStep, Replay
-from colonysim.push.seeds import Purpose, episode_rng
-from colonysim.push.starts import KINDS, distribution, draw
 from colonysim.push.state import State
 from colonysim.push.task import Kind
+from colonysim.push.training.demonstrator import demonstrate
+from colonysim.push.training.episode import Episode, Step
+from colonysim.push.training.mirror import mirror_signs, mirrored
+from colonysim.push.training.presets import PRESETS, StartMix, TrainingConfig
+from colonysim.push.training.replay import NStep, Replay
+from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.push.training.starts import KINDS, distribution, draw
 
 if TYPE_CHECKING:
-    from colonysim.push.dqn import DoubleDQN
+    from colonysim.push.training.dqn import DoubleDQN
 
 __all__ = ["Progress", "Trained", "train_push"]
 
@@ -382,7 +382,7 @@ def _weighted(weights: list[float], rng: np.random.Generator) -> int:
 
 def _learner(start: QNetwork, config: TrainingConfig) -> "DoubleDQN":
     try:
-        from colonysim.push.dqn import DoubleDQN
+        from colonysim.push.training.dqn import DoubleDQN
     except ImportError as error:
         raise MissingExtraError(f"training needs torch ({error}): pip install 'colonysim[train]'") from error
     return DoubleDQN(start, config.learner)

@@ -11,14 +11,14 @@ from colonysim.errors import ColonysimError
 from colonysim.files import replace_file
 from colonysim.physics import Scene
 from colonysim.push.cards import load_model
-from colonysim.push.cramped import CrampedWay, draw_way
 from colonysim.push.executors import Executor, make_executor
 from colonysim.push.feasibility import load_feasibility
 from colonysim.push.foresight import Features, foresee
 from colonysim.push.gated import Gate, chance_of_push
 from colonysim.push.paths import Surroundings, everything_else
-from colonysim.push.seeds import Purpose, episode_rng
 from colonysim.push.task import run_alone
+from colonysim.push.training.cramped import CrampedWay, draw_way
+from colonysim.push.training.seeds import Purpose, episode_rng
 
 __all__ = ["LoggedPush", "LoggedWay", "gather_ways", "push_way"]
 

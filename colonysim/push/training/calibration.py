@@ -12,8 +12,8 @@ from colonysim.errors import MissingExtraError
 from colonysim.intervals import wilson
 from colonysim.push.cards import load_model, save_model
 from colonysim.push.foresight import Features
+from colonysim.push.training.waylogs import LoggedWay, gather_ways
 from colonysim.push.way import WayChance
-from colonysim.push.waylogs import LoggedWay, gather_ways
 
 __all__ = ["calibration_curve", "false_accepts", "fit_way_chance", "train_way_chance"]
 
