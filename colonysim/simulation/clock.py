@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import simpy
 
     from colonysim.backends.protocol import Backend, Finished
+    from colonysim.world.intents import Outcome
 
 __all__ = ["Clock"]
 
@@ -21,23 +22,29 @@ class Clock:
         env: The environment of the episode.
         backend: The backend.
         latest: Asked when the episode ends if nothing happens before.
+        ended: Called with an agent and an outcome, at the time at which the agent's action has ended.
     """
 
-    def __init__(self, env: simpy.Environment, backend: Backend, latest: Callable[[], float]) -> None:
-        self._env, self._backend, self._latest = env, backend, latest
-        self._pending: dict[int, simpy.Event] = {}
+    def __init__(
+        self,
+        env: simpy.Environment,
+        backend: Backend,
+        latest: Callable[[], float],
+        ended: Callable[[int, Outcome], None],
+    ) -> None:
+        self._env, self._backend, self._latest, self._ended = env, backend, latest, ended
+        self._pending: set[int] = set()
         self._wanted: simpy.Event | None = None
 
-    def expect(self, agent: int) -> simpy.Event:
-        """The event of the end of the action that an agent has just begun; its value will be the outcome."""
-        event = self._pending[agent] = self._env.event()
+    def expect(self, agent: int) -> None:
+        """Goes on until the action ends that an agent has just begun."""
+        self._pending.add(agent)
         if self._wanted is not None and not self._wanted.triggered:
             self._wanted.succeed()
-        return event
 
     def cancel(self) -> None:
         """Stops whoever is doing something."""
-        for agent in self._pending:
+        for agent in sorted(self._pending):
             self._backend.cancel(agent)
 
     def run(self, tick: float) -> Generator[simpy.Event, Any, None]:
@@ -60,9 +67,9 @@ class Clock:
             if now > began:
                 yield env.timeout(now - began)
             for agent, outcome in finished:
-                event = pending.pop(agent, None)
-                if event is not None:
-                    event.succeed(outcome)
+                if agent in pending:
+                    pending.remove(agent)
+                    self._ended(agent, outcome)
 
     def _advance(self, now: float, tick: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
         """Advances the backend, before `due` and up to `last`, until an action ends; returns when, and what did."""

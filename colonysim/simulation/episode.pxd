@@ -1,5 +1,6 @@
 # The types of episode.py when it is compiled.
 cimport cython
+from colonysim.draws cimport Draws
 from colonysim.policies.thought cimport Thought
 from colonysim.policies.view cimport LocalView
 from colonysim.simulation.moments cimport Moments
@@ -9,20 +10,21 @@ from colonysim.trace.rows cimport Rows
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
-cdef int NORMAL
+cdef double ENDS, WOKEN, MOVED
 
 
 cdef class Episode:
-    cdef public object fields, backend, policy, env, numbers, clock, visit
+    cdef public object fields, backend, policy, env, clock, visit
     cdef public int number
     cdef public World world
     cdef public object rows
     cdef public Strides strides
     cdef public Moments moments
+    cdef public Draws ties
     cdef public list memories, views, random, queue
     cdef public object steps
     cdef public Waiting waiting
-    cdef public dict asks, resting
+    cdef public dict asks, told, outcomes
     cdef double[::1] since
     cdef public set finished
     cdef public double now, due, last_outcome, stall, limit
@@ -32,12 +34,11 @@ cdef class Episode:
 
     @cython.locals(
         queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
-        priority=int, number="long long",
     )
     cdef bint _go_on(self) except? -1
     @cython.locals(views=list, view=LocalView, edge_seconds=double)
     cdef _prepare(self, number, memories, streams, synchronous)
-    cdef _expect(self, long long number, double seconds)
+    cdef _expect(self, int agent, double seconds, double order)
     @cython.locals(strides=Strides, number="long long", origin=int, target=int)
     cdef _moment(self)
     @cython.locals(strides=Strides, seconds=double, thought=Thought)

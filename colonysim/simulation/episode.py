@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from array import array
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -33,8 +33,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Episode"]
 
-NORMAL = 1
-"""SimPy's priority of timeouts; processes begin before them."""
+ENDS, WOKEN, MOVED = 0.0, 1.0, 2.0
+"""What happens at one time: first what ends then, next who was called by it, last who has just made others choose.
+
+Within each the order is drawn, so a place is one of these numbers and a lot below 1.
+"""
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
 
@@ -43,14 +46,13 @@ class _Environment(simpy.Environment):
     """SimPy's, beside which the next moments of agents may stand as bare numbers.
 
     There are more of these than of anything else, and an event and a callback for each would cost more than the step
-    that it is for. Among SimPy's own events they have their place as timeouts would.
+    that it is for. SimPy's own events at the same time come before them.
     """
 
     def __init__(self) -> None:
         super().__init__(0.0)
         self.moments = Moments()
         self.queue: list[Any] = self._queue  # (time, priority, number, event)
-        self.numbers = self._eid
 
     def restart(self) -> None:
         """It is 0 o'clock, and nothing is due."""
@@ -100,10 +102,11 @@ class Episode:
         self.limit = inf if scenario.time_limit is None else scenario.time_limit
         self.steps, self.since = array("i", [0]) * len(views), array("d", [0.0]) * len(views)
         self.env = _Environment()
-        self.queue, self.numbers, self.moments = self.env.queue, self.env.numbers, self.env.moments
+        self.queue, self.moments = self.env.queue, self.env.moments
         self.waiting = Waiting(len(views), len(world.topology), self._rouse)
         self.asks: dict[int, int] = {}
-        self.resting: dict[int, simpy.Event] = {}
+        self.told: dict[int, simpy.Event] = {}
+        self.outcomes: dict[int, Outcome] = {}
         self.visit = Visit()
         self.strides: Strides | None = None
         self.asked_for_strides = False
@@ -115,15 +118,16 @@ class Episode:
         self.number, self.memories = number, memories
         self.env.restart()
         self.waiting.clear()
-        self.clock = Clock(self.env, self.backend, self._latest)
+        self.clock = Clock(self.env, self.backend, self._latest, self._ended)
+        self.ties = streams.draws("ties", len(views))
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
         for agent in range(len(views)):
             self.steps[agent] = 0
         self.now = self.due = self.last_outcome = 0.0
         self.stuck = False
         self.finished: set[int] = set()
-        self.asks.clear()
-        self.resting.clear()
+        for kept in (self.asks, self.told, self.outcomes):
+            kept.clear()
         edge_seconds = self.backend.edge_seconds
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = edge_seconds, 0.0, None, 0
@@ -139,7 +143,7 @@ class Episode:
     def close(self) -> None:
         """Lets go of what calls back and of who still waits, for they know the episode."""
         self.env.restart()
-        self.resting = {}
+        self.told = {}
         self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
 
     def run(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> Iterator[Event]:
@@ -155,17 +159,14 @@ class Episode:
         began = time.perf_counter()
         rows.begin(number)
         self._prepare(number, memories, streams, synchronous)
-        for agent, node in enumerate(world.agent_node):
-            rows.event("start", agent, node=node)
+        for agent in self._drawn(range(len(self.views))):
+            rows.event("start", agent, node=world.agent_node[agent])
             self._deposit("start", agent)
         if synchronous:
             self._begin(self._ticks())
         else:
             for agent in range(len(self.views)):
-                if self.strides is None:
-                    self._begin(self._agent(agent))
-                else:
-                    self._expect(agent, 0.0)
+                self._expect(agent, 0.0, ENDS)
         if self.backend.tick is not None:
             self._begin(self.clock.run(self.backend.tick))
         events = rows.events
@@ -189,8 +190,8 @@ class Episode:
         while True:
             due, told = moments.time, True
             if queue:
-                time, priority, number, _ = queue[0]
-                if time < due or (time == due and (priority != NORMAL or number < moments.number)):
+                time = queue[0][0]
+                if time <= due:
                     due, told = time, False
             self.due = due
             if due > self.limit or due > self.last_outcome + self.stall or due == inf:
@@ -241,9 +242,8 @@ class Episode:
         while not self._done(agent):
             intent = self._attempt(agent, self._decide(agent).intent)
             if isinstance(intent, Wait):
-                event = self.resting[agent] = self.env.event()
                 self._rest(agent, intent)
-                yield event
+                yield self._telling(agent)
                 self._rested(agent)
             else:
                 yield from self._carry_out(agent, intent)
@@ -266,26 +266,42 @@ class Episode:
         began = self.now
         outcome: Outcome = yield self._act(agent, intent)
         if self._settle(agent, intent, outcome, began):
-            yield self.env.timeout(0)  # who waited for the place chooses before who comes from it
+            self._expect(agent, 0.0, MOVED)  # who waited for the place chooses before who comes from it
+            yield self._telling(agent)
 
-    def _expect(self, number: int, seconds: float) -> None:
-        """Notes a moment to come: an agent's own, or below 0 the end of the time that a wait may take."""
-        self.moments.put(self.now + seconds, next(self.numbers), number)
+    def _drawn(self, agents: Iterable[int]) -> list[int]:
+        """Agents in an order drawn anew, for whatever they do at one time."""
+        return sorted(agents, key=self.ties.draw)
+
+    def _expect(self, agent: int, seconds: float, order: float) -> None:
+        """Notes an agent's next moment, and before or after what else happens then."""
+        self.moments.put(self.now + seconds, order + self.ties.draw(agent), agent)
+
+    def _telling(self, agent: int) -> simpy.Event:
+        """The event of an agent's next moment, for a process to wait for; its value is the outcome, if there is one."""
+        event = self.told[agent] = self.env.event()
+        return event
 
     def _moment(self) -> None:
-        """What happens now is told by a bare number, no process is woken for it."""
+        """What happens now is told by a bare number; a process is woken for it only if one waits."""
         number = self.moments.take()
         if number < 0:
             self.waiting.expire(-1 - number)
             return
+        if number in self.told:
+            self.env.at(self.now)
+            self.told.pop(number).succeed(self.outcomes.pop(number, None))
+            return
         strides = self.strides
-        assert strides is not None
+        if strides is None:
+            self._begin(self._agent(number))
+            return
         target = strides.heading(number)
         if target >= 0:
             self.last_outcome = self.now
             origin = strides.arrive(number)
             if self.waiting.wake_two(origin, target):
-                self._expect(number, 0.0)  # who waited for the place chooses before who comes from it
+                self._expect(number, 0.0, MOVED)
                 return
         elif self.waiting.waits(number):
             self._rested(number)
@@ -297,7 +313,7 @@ class Episode:
         assert strides is not None
         seconds = strides.depart(agent, self.now)
         if seconds >= 0.0:
-            self._expect(agent, seconds)
+            self._expect(agent, seconds, ENDS)
             return
         thought = strides.handed_back(agent)
         if thought is None:
@@ -323,9 +339,17 @@ class Episode:
     def _act(self, agent: int, intent: Move) -> simpy.Event:
         """Begins an action; the event's value will be its outcome."""
         done = self._start(agent, intent)
-        if done is not None:
-            return self.env.timeout(done.seconds, done.outcome)
-        return self.clock.expect(agent)
+        if done is None:
+            self.clock.expect(agent)
+        else:
+            self.outcomes[agent] = done.outcome
+            self._expect(agent, done.seconds, ENDS)
+        return self._telling(agent)
+
+    def _ended(self, agent: int, outcome: Outcome) -> None:
+        """The clock says that an action has ended, at this time."""
+        self.outcomes[agent] = outcome
+        self._expect(agent, 0.0, ENDS)
 
     def _rest(self, agent: int, wait: Wait) -> None:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
@@ -334,7 +358,8 @@ class Episode:
         number = self.waiting.begin(agent, wait.nodes)
         if wait.seconds is not None:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
-            self._expect(-1 - number, max(wait.seconds, SHORTEST_WAIT * view.edge_seconds))
+            seconds = max(wait.seconds, SHORTEST_WAIT * view.edge_seconds)
+            self.moments.put(self.now + seconds, self.ties.draw(agent), -1 - number)
         if world.clear_requests.get(wait.clear) != agent:
             self._withdraw_request(agent)
             # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
@@ -359,12 +384,8 @@ class Episode:
         self.since[agent] = self.now
 
     def _rouse(self, agent: int) -> None:
-        """Lets an agent that waits go on, in its turn."""
-        if self.strides is None:
-            self.env.at(self.now)
-            self.resting.pop(agent).succeed()
-        else:
-            self._expect(agent, 0.0)
+        """Lets an agent that waits go on, after all that ends at this time."""
+        self._expect(agent, 0.0, WOKEN)
 
     def _rested(self, agent: int) -> None:
         view = self.views[agent]
@@ -382,7 +403,8 @@ class Episode:
 
     def _ticks(self) -> Generator[simpy.Event, Any, None]:
         while True:
-            active = [a for a in range(len(self.views)) if a not in self.finished and not self._done(a)]
+            going = [agent for agent in range(len(self.views)) if agent not in self.finished]
+            active = [agent for agent in self._drawn(going) if not self._done(agent)]
             if not active:
                 return
             choices = {agent: self._decide(agent) for agent in active}

@@ -118,7 +118,7 @@ class Waiting:
         if self._count == 0:
             return False
         found = False
-        for node in sorted(nodes):
+        for node in nodes:
             if 0 <= node < len(self._first) and self._wake_at(node):  # a footprint may name what does not exist
                 found = True
         return found
@@ -127,8 +127,8 @@ class Waiting:
         """`wake` for two nodes."""
         if self._count == 0:
             return False
-        found = self._wake_at(min(one, other))
-        return self._wake_at(max(one, other)) or found
+        found = self._wake_at(one)
+        return self._wake_at(other) or found
 
     def _wake_at(self, node: int) -> bool:
         entry, found = self._first[node], False
