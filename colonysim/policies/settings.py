@@ -47,6 +47,7 @@ class StigmergySettings:
         exploration_on_wait: Whether waiting deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
         candidates_centre: Whether holes count as near from the "box" or from the "agent".
+        look_on: Whether the next nearest box is looked at where the nearest can go to no hole.
         errands: Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight.
         step_past: Whether an agent that is shut in steps to the node of a box to leave it on another side.
         collision: "reservation", or "two_node" for Algorithm 8.
@@ -78,6 +79,7 @@ class StigmergySettings:
     exploration_on_wait: bool = False
     overfill: bool = False
     candidates_centre: Literal["box", "agent"] = "box"
+    look_on: bool = True
     errands: bool = True
     step_past: bool = True
     collision: Literal["reservation", "two_node"] = "reservation"
@@ -102,6 +104,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "exploration_evaporation": None,
         "exploration_on_wait": True,
         "overfill": True,
+        "look_on": False,
         "errands": False,
         "step_past": False,
         "collision": "two_node",

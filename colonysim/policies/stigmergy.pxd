@@ -15,7 +15,7 @@ cdef class Stigmergy:
     cdef bint _marking
     cdef Options _options
     cdef double _beta, _patience, _least, _reach
-    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past
+    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past, _look_on
     cdef int[::1] _nodes, _boxes, _pushes, _beside, _holes
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
@@ -34,11 +34,14 @@ cdef class Stigmergy:
     cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
     @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int, requested=cython.bint)
     cdef Thought _choose(self, LocalView view, Kept memory, draw)
-    @cython.locals(box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple, some=cython.bint)
+    @cython.locals(
+        box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple, some=cython.bint,
+        useless=list, past=cython.bint,
+    )
     cdef Thought _exploit(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
         i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,
-        node=int, beside=int,
+        node=int, beside=int, passed=int, shunned=int, shunned_at=int,
     )
     cdef Thought _follow_distance(
         self, LocalView view, Kept memory, draw, int count, int box=*, int towards=*, double worth=*, int hole=*,

@@ -47,6 +47,7 @@ class Stigmergy:
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
         self._least, self._overfill, self._from_box = s.feasibility, s.overfill, s.candidates_centre == "box"
+        self._look_on = s.look_on
         self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
         self._tries = -1 if s.tries is None else min(s.tries, sys.maxsize)
         self._scenario, self._room, self._most_holes, self._marking = scenario, -1, -1, False
@@ -329,18 +330,33 @@ class Stigmergy:
         return thought
 
     def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
-        """Weighs B of the nearest box against D of the neighbours."""
+        """Weighs B of the nearest box against D of the neighbours: of the nearest that can go to a hole, if it looks on.
+
+        A box that another one keeps from every hole is passed over for the next nearest, and where it also keeps the
+        agent from that one, the agent steps past it.
+        """
         # With no hole in sight only a box at hand, whose holes can be smelt, or one that is sought has any targets.
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
         box = view.find_box(memory.shunned, self._goal) if some else -1
-        if box < 0:
-            return self._follow_distance(view, memory, draw, count)
-        first = view.first
-        if first != view.node and not self._allowed(view, first):
-            return self._follow_distance(view, memory, draw, count)
-        found = self._targets(view, memory, box, first)
+        useless: list[int] = []
+        found: list[tuple[int, Way]] = []
+        past = not self._step_past
+        while some:
+            if box < 0:
+                if past or not self._look_on:
+                    break
+                past = True
+            else:
+                if view.first != view.node and not self._allowed(view, view.first):
+                    break
+                found = self._targets(view, memory, box, view.first)
+                if found or not self._look_on:
+                    break
+                useless.append(box)
+            box = view.find_box(memory.shunned, self._goal, useless, past and self._step_past)
         if not found:
             return self._follow_distance(view, memory, draw, count)
+        first = view.first
         worth, worths, chosen = view.b, self._worths, 0
         if len(found) > 1:
             for i, (hole, _) in enumerate(found):
@@ -401,10 +417,14 @@ class Stigmergy:
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
             thought = self._claim(view, memory, box, hole, way)
         else:
+            passed = -1 if view.passable(towards) else view.top_box(towards)
+            shunned, shunned_at = (memory.shunned, memory.shunned_at) if passed < 0 else (passed, towards)
             if self._errands:
-                memory = remembering(memory.epsilon, memory.box, hole, way, box, memory.shunned, memory.shunned_at)
+                memory = remembering(memory.epsilon, -1, hole, way, box, shunned, shunned_at)
+            elif passed >= 0:
+                memory = remembering(memory.epsilon, -1, -1, (), -1, shunned, shunned_at)
             thought = thinking(memory)
-            thought.node = towards
+            thought.box, thought.node = passed, towards
         return self._weighed(thought, count)
 
     def _shut_in(self, view: LocalView, options: int) -> bool:

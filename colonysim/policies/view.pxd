@@ -76,7 +76,7 @@ cdef class LocalView:
     cpdef list pushes(self, int box, int barred=*)
     cpdef int pushes_into(self, int box, int barred, int[::1] found) except -1
     @cython.locals(world=World, sight=Sight, box=int)
-    cpdef int find_box(self, int shunned, int barred, others=*) except? -2
+    cpdef int find_box(self, int shunned, int barred, others=*, bint past=*) except? -2
     cpdef double chance(self, int box, int node) except? -1
     cpdef nearest_box(self, shunned=*, int barred=*)
     cpdef tuple way_to_hole(self, int box, int hole, int barred=*, avoided=*)

@@ -432,13 +432,20 @@ class LocalView:
         box = self.find_box(-1, barred, shunned)
         return None if box < 0 else (box, self.first)
 
-    def find_box(self, shunned: int, barred: int, others: Collection[int] = ()) -> int:
-        """`nearest_box` but for one box (and others): the box, or -1; `first` is then the first node on the way."""
+    def find_box(self, shunned: int, barred: int, others: Collection[int] = (), past: bool = False) -> int:
+        """`nearest_box` but for one box (and others): the box, or -1; `first` is then the first node on the way.
+
+        Args:
+            shunned: A box to leave out, or -1.
+            barred: A node that no way may lead over, or -1.
+            others: More boxes to leave out.
+            past: Whether ways may lead past boxes that the agent could take hold of: over their nodes.
+        """
         world = self._world
         if len(world._box_nodes) == 0:
             return -1
         sight = world.sight()
-        box = sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred, others)
+        box = sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred, others, past)
         self.first = sight.step
         return box
 

@@ -12,7 +12,7 @@ cdef class Sight:
     cdef readonly int step
     cdef long long look, search
     cdef double reach, slack, shortest
-    cdef double[::1] lengths, rises, surface, box_base, far, heap_far
+    cdef double[::1] lengths, rises, surface, box_base, far, stand, heap_far
     cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at
     cdef int[::1] holes_first, hole_keys, hole_nodes, queue
     cdef int holes_at
@@ -46,9 +46,13 @@ cdef class Sight:
 
     @cython.locals(
         search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double, queue="int[::1]", room=int, head=int, tail=int,
-        best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, way=int, j=int, through=double, step=int,
+        best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, way=int, j=int, through=double, step=int,
     )
-    cpdef int nearest_box(self, int agent, int node, double level, int shunned, int barred, others=*) except? -2
+    cpdef int nearest_box(
+        self, int agent, int node, double level, int shunned, int barred, others=*, bint past=*
+    ) except? -2
+    @cython.locals(box=int, claim=int, reach=double)
+    cdef bint takes(self, int agent, double level, int way) except? -1
     @cython.locals(base=double, reach=double, way=int, i=int, here=double)
     cdef bint graspable(self, int at, int node, double level) noexcept
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)

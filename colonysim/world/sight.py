@@ -61,6 +61,7 @@ class Sight:
         # The search: for each node how far it is, and by which node one comes there (or which step was the first).
         self.search = self.waiting = 0
         self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
+        self.stand = array("d", bytes(8 * size))
         self.reached, self.done, self.wanted = (array("q", bytes(8 * size)) for _ in range(3))
         room = min(most * topology.most_neighbours, len(self.ends)) + 1
         self.heap_far, self.heap_node = array("d", bytes(8 * room)), array("i", bytes(4 * room))
@@ -205,7 +206,14 @@ class Sight:
         return -self.reach < self.surface[self.ends[way]] - level - self.rises[way] < self.reach
 
     def nearest_box(
-        self, agent: int, node: int, level: float, shunned: int, barred: int, others: Collection[int] = ()
+        self,
+        agent: int,
+        node: int,
+        level: float,
+        shunned: int,
+        barred: int,
+        others: Collection[int] = (),
+        past: bool = False,
     ) -> int:
         """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
 
@@ -219,6 +227,7 @@ class Sight:
             shunned: A box to leave out, or -1.
             barred: A node that no way may lead over, or -1.
             others: More boxes to leave out.
+            past: Whether ways may lead past boxes that the agent could take hold of: over their nodes.
 
         Returns:
             The box, or -1. The first node on the way to it is then in `step`: its own if it is adjacent or underfoot.
@@ -231,7 +240,7 @@ class Sight:
             box = top[at]
             if box >= 0 and box != shunned:
                 claim = self.box_claim[box]
-                if (claim == -1 or claim == agent) and (at == node or self.graspable(at, node, level)):
+                if (claim == -1 or claim == agent) and (at == node or past or self.graspable(at, node, level)):
                     wanted[at] = search
                     some = True
         if not some:
@@ -248,7 +257,7 @@ class Sight:
         # at equal distances, that is faster than a heap.
         queue, room = self.queue, len(self.queue)
         queue[0], head, tail = node, 0, 1
-        self.far[node], self.via[node], self.reached[node] = 0.0, -1, search
+        self.far[node], self.via[node], self.reached[node], self.stand[node] = 0.0, -1, search, level
         while head != tail:
             i = queue[head]
             head = head + 1 if head + 1 < room else 0
@@ -256,7 +265,7 @@ class Sight:
             far, first = self.far[i], self.via[i]
             if best_node >= 0 and far + self.shortest > best:
                 continue
-            here = level if i == node else self.surface[i]
+            here = self.stand[i]
             for way in range(self.first[i], self.first[i + 1]):
                 j = self.ends[way]
                 if self.seen[j] != self.look:
@@ -270,19 +279,34 @@ class Sight:
                     and (best_node < 0 or through < best or j < best_node or (j == best_node and step < best_first))
                 ):
                     best, best_node, best_first = through, j, step
-                if j == barred or not self.follows(here, way) or (best_node >= 0 and through + self.shortest > best):
+                if j == barred or (best_node >= 0 and through + self.shortest > best):
                     continue
+                there = self.surface[j]
+                if not self.follows(here, way):
+                    if not past or not self.takes(agent, here, way):
+                        continue
+                    there = self.box_base[top[j]]
                 if (
                     self.reached[j] != search
                     or through < self.far[j]
                     or (through == self.far[j] and step < self.via[j])
                 ):
-                    self.far[j], self.via[j], self.reached[j] = through, step, search
+                    self.far[j], self.via[j], self.reached[j], self.stand[j] = through, step, search, there
                     if self.done[j] != search:
                         self.done[j], queue[tail] = search, j
                         tail = tail + 1 if tail + 1 < room else 0
         self.step = best_first
         return -1 if best_node < 0 else top[best_node]
+
+    def takes(self, agent: int, level: float, way: int) -> bool:
+        """Whether an agent that stands at height `level` could take hold of the box on top at the end of a way."""
+        box, reach = self.top[self.ends[way]], self.reach
+        if box < 0:
+            return False
+        claim = self.box_claim[box]
+        if claim != -1 and claim != agent:
+            return False
+        return -reach < self.box_base[box] - level - self.rises[way] < reach
 
     def graspable(self, at: int, node: int, level: float) -> bool:
         """Whether the box on top of `at` is level with a neighbouring node: one that has sunk into a hole is not."""
