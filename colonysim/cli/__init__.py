@@ -28,6 +28,7 @@ from colonysim.cli import (
     video,
     view,
 )
+from colonysim.cli.console import say
 from colonysim.errors import ColonysimError
 
 __all__ = ["app", "main"]
@@ -49,10 +50,10 @@ class Door(TyperGroup):
         try:
             return super().invoke(ctx)
         except ColonysimError as error:
-            typer.echo(f"Error: {error}", err=True)
+            say(f"Error: {error}")
             raise SystemExit(error.exit_code) from None
         except KeyboardInterrupt:
-            typer.echo("Interrupted.", err=True)
+            say("Interrupted.")
             raise SystemExit(130) from None
 
     def list_commands(self, ctx: Any) -> list[str]:

@@ -53,7 +53,7 @@ def push(
     """
     from contextlib import nullcontext
 
-    from colonysim.cli.console import print_json, print_table, say
+    from colonysim.cli.console import print_json, print_result, print_table, say
     from colonysim.cli.extras import need_bullet
     from colonysim.cli.progress import Bar
 
@@ -100,4 +100,4 @@ def push(
     title = f"push {kind} · {episodes} episodes per terrain · seed {seed}"
     print_table(("terrain", ">success", ">95 % interval", ">reward"), rows, title)
     if out is not None:
-        typer.echo(f"recorded in {out}")
+        print_result(f"recorded in {out}")

@@ -53,7 +53,7 @@ def command(
     """
     from dataclasses import replace
 
-    from colonysim.cli.console import print_table, say
+    from colonysim.cli.console import print_result, print_table, say
     from colonysim.cli.extras import need
     from colonysim.cli.progress import Bar
     from colonysim.errors import ColonysimError
@@ -73,7 +73,7 @@ def command(
     with Bar("trials", 1.0, quiet) as bar:
 
         def watch(outcome: Outcome, done: int, total: int) -> None:
-            bar.move(done / total)
+            bar.move(done, total)
             if outcome.status == "failed":
                 reason = outcome.error.strip().splitlines()[-1]
                 bar.line(f"failed: {outcome.trial.scenario} seed {outcome.trial.seed}: {reason}")
@@ -89,4 +89,4 @@ def command(
     for gap in made.gaps:
         say(f"missing: {gap}")
     counts = ", ".join(f"{made.verdicts[word]} {word}" for word in WORDS)
-    typer.echo(f"{counts}: {made.markdown}, {made.html}")
+    print_result(f"{counts}: {made.markdown}, {made.html}")

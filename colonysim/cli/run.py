@@ -121,7 +121,7 @@ def command(
     """
     from contextlib import ExitStack
 
-    from colonysim.cli.console import error_console, print_json, say
+    from colonysim.cli.console import on_terminal, print_json, say
     from colonysim.cli.summary import print_results, results
     from colonysim.errors import ColonysimError
     from colonysim.recording import run
@@ -159,7 +159,7 @@ def command(
             print_json(results(recorded))
         else:
             print_results(recorded)
-        if page and error_console().is_terminal:
+        if page and on_terminal():
             page.end()
             say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
             _wait_for_interrupt()
@@ -208,12 +208,12 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
 
     if not watch:
         return _Progress(f"{scenario.name} on {backend}", episodes, scenario.max_steps, quiet)
-    from colonysim.cli.console import error_console
+    from colonysim.cli.console import on_terminal
     from colonysim.cli.watch import Watch
 
     if quiet:
         raise ColonysimError("--watch and --quiet: the run is either drawn or not")
-    if not error_console().is_terminal:
+    if not on_terminal():
         raise ColonysimError("--watch draws on a terminal, and standard error is none")
     return Watch(scenario, episodes)
 

@@ -64,7 +64,7 @@ def command(
         try:
             found = tune(
                 file, out, measure=measure, episodes=read_span(episodes), workers=workers, engine=engine,
-                on_outcome=watch, on_candidate=lambda _, number, count: bar.move(number / count),
+                on_outcome=watch, on_candidate=lambda _, number, count: bar.move(number, count),
             )  # fmt: skip
         except KeyboardInterrupt:
             say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")
