@@ -73,8 +73,8 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
 
     table = Table(title=title and visible(title), box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False)
     for name in columns:
-        justify = "right" if name.startswith(">") else "left"
-        table.add_column(visible(name.lstrip(">")), justify=justify, overflow="fold")
+        shown, right = visible(name.lstrip(">")), name.startswith(">")
+        table.add_column(shown, justify="right" if right else "left", overflow="fold")
     for row in rows:
         table.add_row(*map(visible, row))
     # A pipe has no width: lines must not be broken there.

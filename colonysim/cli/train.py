@@ -56,10 +56,11 @@ def push(
     instance, goes on from its last checkpoint with --resume. `colonysim plot DIR` draws its learning
     curve, also while it is under way.
     """
-    from colonysim.cli.console import print_result, say
+    from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_bullet
     from colonysim.cli.progress import Bar
     from colonysim.cli.settings import with_settings
+    from colonysim.cli.stopping import told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.suggest import nearest
 
@@ -83,13 +84,13 @@ def push(
             )
             bar.move(progress.share)
 
-        try:
-            trained = train_push(config, out, seed, resume=resume, on_progress=show)
-        except KeyboardInterrupt:
+        def told() -> str:
             kept = (out / "checkpoint.npz").exists()
             after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
-            say(f"Interrupted. {after}")
-            raise SystemExit(130) from None
+            return f"Interrupted. {after}"
+
+        with told_when_stopped(told):
+            trained = train_push(config, out, seed, resume=resume, on_progress=show)
     if trained is not None:
         print_result(f"{trained.card}: best after {trained.peak_episode} episodes")
 
