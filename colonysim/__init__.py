@@ -14,10 +14,10 @@ Example:
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # `typing` is what would take longest here, and Ctrl-C may come at once
 if TYPE_CHECKING:
+    from typing import Any
+
     from colonysim.errors import (
         ColonysimError,
         MissingExtraError,
@@ -77,6 +77,8 @@ def __getattr__(name: str) -> Any:
     # Importing the package costs nothing: each name loads its module when it is first asked for.
     if name not in _PLACES:
         raise AttributeError(f"module 'colonysim' has no attribute {name!r}")
+    from importlib import import_module
+
     value = globals()[name] = getattr(import_module(f"colonysim.{_PLACES[name]}"), name)
     return value
 

@@ -1,4 +1,4 @@
-"""The errors a user can cause; each is shown as one message, never as a traceback."""
+"""The errors a user can cause, each shown as one message and never as a traceback; and the wish to stop."""
 
 
 class ColonysimError(Exception):
@@ -21,3 +21,15 @@ class PluginError(ColonysimError):
 
 class TraceError(ColonysimError):
     """A run directory that cannot be read or written."""
+
+
+class Stopped(KeyboardInterrupt):
+    """Somebody or something asked the command to end: Ctrl-C, SIGTERM, a terminal that was closed.
+
+    Attributes:
+        exit_code: What the command ends with.
+    """
+
+    # A class of its own also because Python kills itself in the end, whatever the exit code, once a plain
+    # `KeyboardInterrupt` came out of an `exec`, as there are many in imports.
+    exit_code = 130

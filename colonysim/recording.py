@@ -113,9 +113,9 @@ def run(
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
     writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
     recorded = Run(directory, manifest, writer.results)
-    if on_start:
-        on_start(recorded)
     with writer:
+        if on_start:
+            on_start(recorded)
         events = simulate(
             scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
             initial=start, decisions=decisions, kinds=None if on_event or tap else ("episode",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import typer
@@ -28,6 +29,9 @@ from colonysim.cli import (
     video,
     view,
 )
+from colonysim.cli.console import print_result, say
+from colonysim.cli.stopping import told_when_stopped
+from colonysim.cli.streams import guard
 from colonysim.errors import ColonysimError
 
 __all__ = ["app", "main"]
@@ -44,16 +48,24 @@ First steps:
 class Door(TyperGroup):
     """The top-level command: a user's mistake becomes a message and exit code 2, never a traceback."""
 
+    def main(self, *args: Any, **extra: Any) -> Any:
+        """Reads the words of the command line and runs the command that was asked for."""
+        try:
+            try:
+                return super().main(*args, **extra)
+            finally:
+                sys.stdout.flush()  # here a fault can still be told
+        except ColonysimError as error:
+            say(f"Error: {error}")
+            raise SystemExit(error.exit_code) from None
+        except OSError as error:
+            say(f"Error: {error.filename}: {error.strerror}" if error.filename else f"Error: {error}")
+            raise SystemExit(ColonysimError.exit_code) from None
+
     def invoke(self, ctx: Any) -> Any:
         """Runs the command that was asked for."""
-        try:
+        with told_when_stopped(lambda: "Interrupted."):
             return super().invoke(ctx)
-        except ColonysimError as error:
-            typer.echo(f"Error: {error}", err=True)
-            raise SystemExit(error.exit_code) from None
-        except KeyboardInterrupt:
-            typer.echo("Interrupted.", err=True)
-            raise SystemExit(130) from None
 
     def list_commands(self, ctx: Any) -> list[str]:
         """In the order in which one needs them."""
@@ -86,7 +98,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from colonysim import __version__
 
-        typer.echo(f"colonysim {__version__}")
+        print_result(f"colonysim {__version__}")
         raise typer.Exit
 
 
@@ -101,5 +113,7 @@ def _top(
 
 
 def main() -> None:
-    """The entry point of the `colonysim` command."""
-    app()
+    """Runs the command that the words of the command line ask for, and ends the process."""
+    guard()
+    with told_when_stopped(lambda: "Interrupted."):
+        app()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import sys
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -12,42 +14,72 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-__all__ = ["error_console", "print_json", "print_table", "say"]
+__all__ = ["error_console", "on_terminal", "print_json", "print_result", "print_table", "print_text", "say", "visible"]
+
+# Control characters but for ends of lines and tabs, marks that turn or break a line, and halves of pairs, which is how
+# Python keeps the bytes of a path that are no text.
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def visible(text: str) -> str:
+    r"""Text with its control characters written out, so that a name cannot move the cursor or colour the terminal.
+
+    Example:
+        >>> print(visible("a\x1b[2Jb"))
+        a\x1b[2Jb
+    """
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def error_console() -> Console:
     """A console on standard error."""
     from rich.console import Console
 
-    return Console(stderr=True, highlight=False)
+    return Console(stderr=True, highlight=False, markup=False, emoji=False)
+
+
+def on_terminal() -> bool:
+    """Whether standard error can be drawn on: a terminal that moves its cursor, no file, no pipe."""
+    return sys.stderr.isatty() and not error_console().is_dumb_terminal
 
 
 def say(text: str) -> None:
     """A line on standard error."""
-    typer.echo(text, err=True)
+    typer.echo(visible(text), err=True)
+
+
+def print_result(text: str) -> None:
+    """A line on standard output."""
+    typer.echo(visible(text))
+
+
+def print_text(text: str) -> None:
+    """A whole text on standard output: to a file or a pipe exactly as it is, on a terminal made visible."""
+    sys.stdout.write(visible(text) if sys.stdout.isatty() else text)
+    sys.stdout.flush()
 
 
 def print_json(value: Any) -> None:
     """One JSON value on standard output, and nothing else."""
-    typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    typer.echo(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str | None = None) -> None:
     """A table on standard output; columns whose name starts with ">" are aligned to the right."""
-    import sys
-
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False)
+    table = Table(title=title and visible(title), box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False)
     for name in columns:
-        table.add_column(name.lstrip(">"), justify="right" if name.startswith(">") else "left", overflow="fold")
+        shown, right = visible(name.lstrip(">")), name.startswith(">")
+        table.add_column(shown, justify="right" if right else "left", overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(visible, row))
     # A pipe has no width: lines must not be broken there.
     wide = None if sys.stdout.isatty() else 200
-    console = Console(highlight=False, markup=False, width=wide)
+    console = Console(highlight=False, markup=False, emoji=False, width=wide)
     with console.capture() as captured:
         console.print(table)
     typer.echo("\n".join(line.rstrip() for line in captured.get().rstrip().splitlines()))

@@ -53,9 +53,10 @@ def push(
     """
     from contextlib import nullcontext
 
-    from colonysim.cli.console import print_json, print_table, say
+    from colonysim.cli.console import print_json, print_result, print_table
     from colonysim.cli.extras import need_bullet
     from colonysim.cli.progress import Bar
+    from colonysim.cli.stopping import told_when_stopped
 
     need_bullet()
     from colonysim.push.training.evaluation import evaluate_push
@@ -75,16 +76,15 @@ def push(
             if number == episodes:
                 bar.line(f"{terrain}: {successes} of {episodes} pushes succeeded")
 
-        try:
-            with nullcontext() if recorder is None else recorder:
-                found = evaluate_push(kind, episodes=episodes, seed=seed, model=model, on_progress=show, watch=recorder)
-                results = {terrain: {key: values[key] for key in _KEYS} for terrain, values in found.items()}
-                if recorder is not None:
-                    recorder.results(results)
-        except KeyboardInterrupt:
+        def told() -> str:
             where = "" if out is None else f" Those are recorded in {out}"
-            say(f"Interrupted after {done} of {3 * episodes} pushes.{where}")
-            raise SystemExit(130) from None
+            return f"Interrupted after {done} of {3 * episodes} pushes.{where}"
+
+        with told_when_stopped(told), nullcontext() if recorder is None else recorder:
+            found = evaluate_push(kind, episodes=episodes, seed=seed, model=model, on_progress=show, watch=recorder)
+            results = {terrain: {key: values[key] for key in _KEYS} for terrain, values in found.items()}
+            if recorder is not None:
+                recorder.results(results)
     if as_json:
         print_json(results)
         return
@@ -100,4 +100,4 @@ def push(
     title = f"push {kind} · {episodes} episodes per terrain · seed {seed}"
     print_table(("terrain", ">success", ">95 % interval", ">reward"), rows, title)
     if out is not None:
-        typer.echo(f"recorded in {out}")
+        print_result(f"recorded in {out}")

@@ -40,28 +40,30 @@ def command(
     In CSV the numbers of a list are parted by spaces. A name that ends with .rrd makes a recording
     of the run to be opened with `rerun FILE`: place, agents and boxes through time, events, results.
     """
+    from colonysim.cli.console import print_text, say
     from colonysim.cli.numbers import read_numbers
     from colonysim.errors import TraceError
-    from colonysim.trace.export import export
+    from colonysim.trace.export import as_text, export
     from colonysim.trace.reader import Run
 
     chosen = kind or _by_name(out)
-    if chosen in ("parquet", "rrd") and out is None:
-        name = "Parquet file" if chosen == "parquet" else "recording"
-        raise TraceError(f"a {name} cannot go to standard output; add --out FILE")
     wanted = None if episodes is None else read_numbers(episodes)
+    if out is None:
+        if chosen in ("parquet", "rrd"):
+            name = "Parquet file" if chosen == "parquet" else "recording"
+            raise TraceError(f"a {name} cannot go to standard output; add --out FILE")
+        print_text(as_text(Run.open(path), table or "events", "json" if chosen == "json" else "csv", wanted))
+        return
     if chosen == "rrd":
         from colonysim.view.rrd import write_recording
 
         if table is not None:
             raise TraceError(f"a recording is of the whole run; leave the table {table!r} out")
-        assert out is not None
         write_recording(Run.open(path), out, wanted)
-        typer.echo(str(out), err=True)
+        say(str(out))
         return
     rows = export(Run.open(path), table or "events", chosen, out, wanted)
-    if out is not None:
-        typer.echo(f"{rows} rows in {out}", err=True)
+    say(f"{rows} rows in {out}")
 
 
 def _by_name(out: Path | None) -> Literal["csv", "json", "parquet", "rrd"]:

@@ -39,6 +39,7 @@ def command(
 
     The place itself is generated from the seed whenever the file is read, so that the file stays small.
     """
+    from colonysim.cli.console import print_text
     from colonysim.errors import ColonysimError
     from colonysim.world.invent import invent, to_yaml
 
@@ -48,7 +49,7 @@ def command(
     )  # fmt: skip
     text = to_yaml(document)
     if out is None:
-        typer.echo(text, nl=False)
+        print_text(text)
         return
     try:
         with out.open("x", encoding="utf-8") as file:

@@ -60,6 +60,7 @@ def command(
     trajectories, a panel a terrain, and samples, a panel a push; of a training (`colonysim
     train push`) its learning curve, of a fit (`colonysim train way`) its calibration.
     """
+    from colonysim.cli.console import print_result
     from colonysim.cli.extras import need
     from colonysim.cli.numbers import read_numbers
     from colonysim.trace.reader import Run
@@ -79,4 +80,4 @@ def command(
     else:
         images = draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
     for image in images:
-        typer.echo(str(image))
+        print_result(str(image))

@@ -103,12 +103,12 @@ def _row(found: Attempts, event: Event) -> dict[str, Any]:
 
 
 def _print(run: Run, found: Attempts, by: Grouping) -> None:
-    from colonysim.cli.console import print_table
+    from colonysim.cli.console import print_result, print_table
 
     manifest, counts, episodes = run.manifest, found.counts, len(found.episodes)
     tried = ", ".join(f"{action} {count}" for action, count in counts.items())
     unfinished = "" if run.status == "finished" else f" · {run.status}"
-    typer.echo(
+    print_result(
         f"{manifest['name']} · {manifest['backend']} · {manifest['policy']} · seed {manifest['seed']}{unfinished}: "
         f"{len(found.failures)} of {sum(counts.values())} attempts failed in "
         f"{episodes} {'episode' if episodes == 1 else 'episodes'} ({tried})"

@@ -53,9 +53,10 @@ def command(
     """
     from dataclasses import replace
 
-    from colonysim.cli.console import print_table, say
+    from colonysim.cli.console import print_result, print_table, say
     from colonysim.cli.extras import need
     from colonysim.cli.progress import Bar
+    from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.reproduce.judging import WORDS
     from colonysim.reproduce.making import STUDIES, reproduce
@@ -73,20 +74,17 @@ def command(
     with Bar("trials", 1.0, quiet) as bar:
 
         def watch(outcome: Outcome, done: int, total: int) -> None:
-            bar.move(done / total)
+            bar.move(done, total)
             if outcome.status == "failed":
                 reason = outcome.error.strip().splitlines()[-1]
                 bar.line(f"failed: {outcome.trial.scenario} seed {outcome.trial.seed}: {reason}")
 
-        try:
+        with told_when_stopped(lambda: go_on(out)):
             made = reproduce(
                 out, names or (), size=size, workers=workers, bullet=bullet, trainings=trainings, on_outcome=watch,
                 on_study=lambda name: bar.line(f"writing {name}"),
             )  # fmt: skip
-        except KeyboardInterrupt:
-            say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")
-            raise SystemExit(130) from None
     for gap in made.gaps:
         say(f"missing: {gap}")
     counts = ", ".join(f"{made.verdicts[word]} {word}" for word in WORDS)
-    typer.echo(f"{counts}: {made.markdown}, {made.html}")
+    print_result(f"{counts}: {made.markdown}, {made.html}")

@@ -121,7 +121,8 @@ def command(
     """
     from contextlib import ExitStack
 
-    from colonysim.cli.console import error_console, print_json, say
+    from colonysim.cli.console import on_terminal, print_json, say
+    from colonysim.cli.stopping import told_when_stopped
     from colonysim.cli.summary import print_results, results
     from colonysim.errors import ColonysimError
     from colonysim.recording import run
@@ -142,24 +143,22 @@ def command(
                 page.begin(run)
                 _open(page, no_open)
 
-        try:
-            with _shown(loaded, backend, count, watch, quiet) as shown:
-                slow = _slowed(shown, pace) if backend == "nodeworld" and (watch or live) else shown
-                recorded = run(
-                    loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
-                    episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
-                    backend_options=options, on_start=starts, on_event=slow, tap=page,
-                )  # fmt: skip
-        except KeyboardInterrupt:
+        def told() -> str:
             where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
-            done = len(begun[0].episodes) if begun else 0
-            say(f"Interrupted after {done} of {count} episodes.{where}")
-            raise SystemExit(130) from None
+            return f"Interrupted after {len(begun[0].episodes) if begun else 0} of {count} episodes.{where}"
+
+        with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:
+            slow = _slowed(shown, pace) if backend == "nodeworld" and (watch or live) else shown
+            recorded = run(
+                loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
+                episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
+                backend_options=options, on_start=starts, on_event=slow, tap=page,
+            )  # fmt: skip
         if as_json:
             print_json(results(recorded))
         else:
             print_results(recorded)
-        if page and error_console().is_terminal:
+        if page and on_terminal():
             page.end()
             say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
             _wait_for_interrupt()
@@ -208,12 +207,12 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
 
     if not watch:
         return _Progress(f"{scenario.name} on {backend}", episodes, scenario.max_steps, quiet)
-    from colonysim.cli.console import error_console
+    from colonysim.cli.console import on_terminal
     from colonysim.cli.watch import Watch
 
     if quiet:
         raise ColonysimError("--watch and --quiet: the run is either drawn or not")
-    if not error_console().is_terminal:
+    if not on_terminal():
         raise ColonysimError("--watch draws on a terminal, and standard error is none")
     return Watch(scenario, episodes)
 

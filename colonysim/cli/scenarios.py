@@ -20,7 +20,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
 ) -> None:
     """List the scenarios that come with colonysim, or print one."""
-    from colonysim.cli.console import print_json, print_table
+    from colonysim.cli.console import print_json, print_table, print_text
     from colonysim.errors import ScenarioError
     from colonysim.suggest import nearest
     from colonysim.world.loading import list_scenarios
@@ -30,7 +30,7 @@ def command(
         found = {each: path for each, path, _, _ in listed}
         if name not in found:
             raise ScenarioError(f"no scenario {name!r}; {nearest(name, found)}")
-        typer.echo(found[name].read_text(encoding="utf-8"), nl=False)
+        print_text(found[name].read_text(encoding="utf-8"))
     elif as_json:
         print_json([{"name": n, "path": str(p), "description": d, "variants": list(v)} for n, p, d, v in listed])
     else:

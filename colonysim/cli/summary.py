@@ -5,7 +5,7 @@ from __future__ import annotations
 from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
-from colonysim.cli.console import print_table
+from colonysim.cli.console import print_result, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,8 +56,6 @@ def print_results(run: Run) -> None:
     """The same as a table for people: all episodes, and the last third if there are many."""
     from collections import Counter
 
-    import typer
-
     episodes = run.episodes
     parts = [episodes]
     if len(episodes) >= 9:
@@ -72,8 +70,8 @@ def print_results(run: Run) -> None:
     columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
     print_table(columns, rows, f"{title} · seed {manifest['seed']}")
     if run.path is not None:
-        typer.echo(f"run    {run.path}")
-    typer.echo(f"trace  {run.trace_sha256}")
+        print_result(f"run    {run.path}")
+    print_result(f"trace  {run.trace_sha256}")
 
 
 def _row(part: Sequence[EpisodeResult], endings: dict[str, int]) -> tuple[str, ...]:

@@ -45,26 +45,24 @@ def command(
     Stop it at any moment and start it again, also with another version of the file: finished trials
     are kept, the rest goes on. A trial that fails is a row with its traceback, and does not stop the others.
     """
-    from colonysim.cli.console import say
+    from colonysim.cli.console import print_result
     from colonysim.cli.progress import Bar
+    from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.sweep import run_sweep
 
     with Bar("sweep", 1.0, quiet) as bar:
 
         def watch(outcome: Outcome, done: int, total: int) -> None:
-            bar.move(done / total)
+            bar.move(done, total)
             if outcome.status == "failed":
                 about = ", ".join(f"{k} {v}" for k, v in outcome.trial.described().items() if v is not None)
                 bar.line(f"failed: {about}: {outcome.error.strip().splitlines()[-1]}")
 
-        try:
+        with told_when_stopped(lambda: go_on(out)):
             planned, store = run_sweep(
                 file, out, workers=workers, engine=engine, retry_failed=retry == "failed", on_outcome=watch
             )
-        except KeyboardInterrupt:
-            say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")
-            raise SystemExit(130) from None
     failed = sum(store.entries[trial.identity]["status"] == "failed" for trial in planned.trials)
-    typer.echo(f"{len(planned.trials) - failed} trials succeeded, {failed} failed: {out}")
+    print_result(f"{len(planned.trials) - failed} trials succeeded, {failed} failed: {out}")
     if failed:
         raise SystemExit(1)

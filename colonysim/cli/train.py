@@ -56,10 +56,11 @@ def push(
     instance, goes on from its last checkpoint with --resume. `colonysim plot DIR` draws its learning
     curve, also while it is under way.
     """
-    from colonysim.cli.console import say
+    from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_bullet
     from colonysim.cli.progress import Bar
     from colonysim.cli.settings import with_settings
+    from colonysim.cli.stopping import told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.suggest import nearest
 
@@ -83,15 +84,15 @@ def push(
             )
             bar.move(progress.share)
 
-        try:
-            trained = train_push(config, out, seed, resume=resume, on_progress=show)
-        except KeyboardInterrupt:
+        def told() -> str:
             kept = (out / "checkpoint.npz").exists()
             after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
-            say(f"Interrupted. {after}")
-            raise SystemExit(130) from None
+            return f"Interrupted. {after}"
+
+        with told_when_stopped(told):
+            trained = train_push(config, out, seed, resume=resume, on_progress=show)
     if trained is not None:
-        typer.echo(f"{trained.card}: best after {trained.peak_episode} episodes")
+        print_result(f"{trained.card}: best after {trained.peak_episode} episodes")
 
 
 @app.command("feasibility", epilog=_FEASIBILITY)
@@ -107,6 +108,7 @@ def feasibility(
     It learns from states of pushes by the trained network. Its card holds the figures of five folds that
     never split an episode.
     """
+    from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_bullet
     from colonysim.cli.progress import Bar
 
@@ -116,7 +118,7 @@ def feasibility(
 
     with Bar("gathering states", states, quiet) as bar:
         card = train_feasibility(out, seed, model=model, states=states, on_progress=lambda done, _: bar.move(done))
-    typer.echo(str(card))
+    print_result(str(card))
 
 
 @app.command("way", epilog=_WAY)
@@ -132,6 +134,7 @@ def way(
     The log, ways.jsonl, grows a line a way; the same command goes on where it was stopped. The card holds
     the calibration curve and the false-accept rates of five folds that never split a way.
     """
+    from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_bullet
     from colonysim.cli.progress import Bar
 
@@ -141,4 +144,4 @@ def way(
 
     with Bar("pushing along ways", ways, quiet) as bar:
         card = train_way_chance(out, seed, model=model, ways=ways, on_progress=lambda done, _: bar.move(done))
-    typer.echo(str(card))
+    print_result(str(card))

@@ -48,9 +48,10 @@ def command(
     Stop it at any moment and start it again: what has been tried is kept. The best of many choices owes part of its
     figure to luck: judge it on seeds that were not used here.
     """
-    from colonysim.cli.console import print_json, print_table, say
+    from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
     from colonysim.cli.progress import Bar
+    from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.sweep.tuning import tune
 
@@ -61,14 +62,11 @@ def command(
             if outcome.status == "failed":
                 bar.line(f"failed: seed {outcome.trial.seed}: {outcome.error.strip().splitlines()[-1]}")
 
-        try:
+        with told_when_stopped(lambda: go_on(out)):
             found = tune(
                 file, out, measure=measure, episodes=read_span(episodes), workers=workers, engine=engine,
-                on_outcome=watch, on_candidate=lambda _, number, count: bar.move(number / count),
+                on_outcome=watch, on_candidate=lambda _, number, count: bar.move(number, count),
             )  # fmt: skip
-        except KeyboardInterrupt:
-            say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")
-            raise SystemExit(130) from None
     if as_json:
         print_json([{**each.settings, measure: each.value} for each in found])
     else:

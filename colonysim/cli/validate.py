@@ -49,6 +49,7 @@ def command(
 
 
 def _check(name: str, variant: str | None, settings: list[str]) -> None:
+    from colonysim.cli.console import print_result
     from colonysim.plugins import make_policy
     from colonysim.world.loading import load_scenario, variant_names
 
@@ -56,7 +57,7 @@ def _check(name: str, variant: str | None, settings: list[str]) -> None:
         scenario = load_scenario(name, one, settings)
         make_policy(None, scenario)
         label = name if one is None else f"{name} (variant {one})"
-        typer.echo(f"{label}: valid: {_outline(scenario)}")
+        print_result(f"{label}: valid: {_outline(scenario)}")
 
 
 def _outline(scenario: Scenario) -> str:

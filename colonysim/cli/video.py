@@ -38,6 +38,7 @@ def command(
     Robots, boxes and ground are drawn as they were if the run has poses (Bullet); else everything
     moves evenly from node to node. No screen is needed.
     """
+    from colonysim.cli.console import print_result
     from colonysim.cli.extras import need
     from colonysim.cli.progress import Bar
     from colonysim.trace.reader import Run
@@ -50,9 +51,9 @@ def command(
     with Bar("filming", total=1.0) as bar:
         made = write_video(
             run, out, episode=episode, seconds=seconds, fps=fps, size=None if size is None else _size(size),
-            overwrite=overwrite, progress=lambda done, total: bar.move(done / total),
+            overwrite=overwrite, progress=bar.move,
         )  # fmt: skip
-    typer.echo(str(made))
+    print_result(str(made))
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -36,13 +36,14 @@ def command(
     and opened anywhere. It replays map, agents, boxes, pheromones and decisions; of a run with
     rigid bodies it also shows the scene in 3D. Press ? in it for the keys.
     """
+    from colonysim.cli.console import print_result
     from colonysim.cli.numbers import read_numbers
     from colonysim.trace.reader import Run
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)
     page = write_page(Run.open(path), out, chosen)
-    typer.echo(str(page))
+    print_result(str(page))
     if not no_open:
         import webbrowser
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from colonysim.cli.console import error_console
+from colonysim.cli.console import error_console, visible
 from colonysim.cli.summary import episode_line
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class Board:
             return
         self.agents[event.agent] = event.now_at
         what = f"agent {event.agent} {event.action} {event.node} → {event.target}"
-        self.said = what if event.status == "arrived" else f"{what}: {event.status} {event.reason}".rstrip()
+        self.said = visible(what if event.status == "arrived" else f"{what}: {event.status} {event.reason}".rstrip())
         if event.action == "push" and event.status == "arrived":
             self.boxes[event.box] = event.target
 
@@ -145,7 +145,7 @@ class Watch:
             self._shown = now
             self._live.update(self._picture(event.episode), refresh=True)
         if event.kind == "episode":
-            self._console.print(episode_line(run.episodes[-1]), markup=False)
+            self._console.print(visible(episode_line(run.episodes[-1])), markup=False)
             self._board.reset()
 
     def _picture(self, episode: int) -> Text:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import sys
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.errors import TraceError
@@ -19,20 +18,20 @@ if TYPE_CHECKING:
 
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "export"]
+__all__ = ["KINDS", "as_text", "export"]
 
 KINDS: tuple[Kind, ...] = ("csv", "json", "parquet")
 Kind = Literal["csv", "json", "parquet"]
 
 
-def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collection[int] | None = None) -> int:
+def export(run: Run, table: str, kind: Kind, out: Path, episodes: Collection[int] | None = None) -> int:
     """Writes a table of a run.
 
     Args:
         run: The run.
         table: Name of the table.
         kind: "csv" (lists as numbers parted by spaces), "json" (one list of objects) or "parquet".
-        out: The file; replaced in one step. None for standard output.
+        out: The file; replaced in one step.
         episodes: Only these.
 
     Returns:
@@ -41,17 +40,7 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
     Raises:
         TraceError: No such table, a damaged part, or the file cannot be written.
     """
-    if table not in TABLES:
-        raise TraceError(f"no table {table!r} in a trace; {nearest(table, TABLES)}")
-    rows = run.table(table)
-    if episodes is not None:
-        import pyarrow as pa
-        import pyarrow.compute as pc
-
-        rows = rows.filter(pc.is_in(rows["episode"], pa.array(sorted(episodes), type=pa.int64())))
-    if out is None:
-        sys.stdout.write(_text(rows, kind))
-        return int(rows.num_rows)
+    rows = _rows(run, table, episodes)
     with replacing(out, TraceError) as temporary:
         if kind == "parquet":
             import pyarrow.parquet as pq
@@ -60,6 +49,27 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
         else:
             temporary.write_text(_text(rows, kind), encoding="utf-8", newline="")
     return int(rows.num_rows)
+
+
+def as_text(run: Run, table: str, kind: Literal["csv", "json"], episodes: Collection[int] | None = None) -> str:
+    """The same as text, as `export` writes it to a file.
+
+    Raises:
+        TraceError: No such table, or a damaged part.
+    """
+    return _text(_rows(run, table, episodes), kind)
+
+
+def _rows(run: Run, table: str, episodes: Collection[int] | None) -> Any:
+    if table not in TABLES:
+        raise TraceError(f"no table {table!r} in a trace; {nearest(table, TABLES)}")
+    rows = run.table(table)
+    if episodes is None:
+        return rows
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    return rows.filter(pc.is_in(rows["episode"], pa.array(sorted(episodes), type=pa.int64())))
 
 
 def _text(rows: Any, kind: Kind) -> str:

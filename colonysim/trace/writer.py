@@ -17,7 +17,7 @@ from colonysim.trace.schema import TABLES, EpisodeResult
 if TYPE_CHECKING:
     from collections.abc import Collection
     from pathlib import Path
-    from types import TracebackType
+    from types import FrameType, TracebackType
 
     from colonysim.trace.packing import Packed
     from colonysim.trace.schema import Table, Tap
@@ -192,14 +192,15 @@ class TraceWriter:
         """
         if self._done:
             raise TraceError("this trace is finished already")
-        self.flush()
-        if self._tap is not None:
-            self._tap.cut()
-        self._done = True
-        digest = trace_sha256(self._digests.values())
-        finish_manifest(self.manifest, status, {t: d.rows for t, d in self._digests.items()}, digest)
-        if self.directory is not None:
-            write_manifest(self.directory, self.manifest)
+        with _Undisturbed():
+            self.flush()
+            if self._tap is not None:
+                self._tap.cut()
+            self._done = True
+            digest = trace_sha256(self._digests.values())
+            finish_manifest(self.manifest, status, {t: d.rows for t, d in self._digests.items()}, digest)
+            if self.directory is not None:
+                write_manifest(self.directory, self.manifest)
         return digest
 
     def __enter__(self) -> TraceWriter:
@@ -215,21 +216,33 @@ class TraceWriter:
         self.finish("finished" if kind is None else "interrupted" if stopped else "failed")
 
 
+#: What may ask a run to end; Windows has not all of them.
+_STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
 class _Undisturbed:
-    """Lets Ctrl-C wait for the end of the block: rows must be hashed and written once, not half or twice."""
+    """Lets Ctrl-C and its like wait for the end of the block: rows must be hashed and written once, not half or twice.
+
+    What was to be done on such a signal is done then; one that is ignored stays so.
+    """
 
     def __enter__(self) -> None:
-        self._waiting = False
-        self._before: Any = None
+        self._came: list[int] = []
+        self._before: dict[int, Any] = {}
         # Elsewhere than in the main thread no handler can be set, and none is ever called.
         if threading.current_thread() is threading.main_thread():
-            self._before = signal.signal(signal.SIGINT, self._wait)
+            for number in _STOPS:
+                before = signal.getsignal(number)
+                if callable(before):
+                    self._before[number] = before
+                    signal.signal(number, self._wait)
 
-    def _wait(self, *_: object) -> None:
-        self._waiting = True
+    def _wait(self, number: int, frame: FrameType | None) -> None:
+        self._came.append(number)
 
     def __exit__(self, *_: object) -> None:
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
-        if self._waiting:
-            raise KeyboardInterrupt
+        # Ctrl-C last: it is the one that comes twice.
+        for number, before in reversed(self._before.items()):
+            signal.signal(number, before)
+        for number in dict.fromkeys(self._came):
+            self._before[number](number, None)
