@@ -18,6 +18,8 @@ from colonysim.world.format import (
     Geometric,
     Grid,
     HoleMapping,
+    LARGEST,
+    SMALLEST,
     Line,
     NodeRow,
     PolicySection,
@@ -27,11 +29,13 @@ from colonysim.world.format import (
     ScenarioFile,
 )
 from colonysim.world.generate import (
+    MAX_EDGES,
     MAX_NODES,
     TooManyEdgesError,
     draw_some,
     geometric,
     grid,
+    grid_edges,
     line,
     radius_edges,
     ring,
@@ -44,6 +48,7 @@ from colonysim.world.topology import Topology
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from colonysim.world.generate import Point
     from colonysim.world.places import Places
 
 __all__ = ["assemble"]
@@ -79,6 +84,7 @@ class _Assembly:
     def scenario(self, document: Mapping[str, Any]) -> Scenario:
         file, places = self._file, self._places
         ids, heights, points, edges = self._place()
+        self._check_extent(ids, points, edges)
         floors, rims = self._hole_levels(heights, edges)
         slopes = self._slopes(edges, set(floors))
         for node, floor in floors.items():
@@ -146,7 +152,7 @@ class _Assembly:
             )
         return i, j
 
-    def _place(self) -> tuple[list[int], list[float], list[tuple[float, float]], set[tuple[int, int]]]:
+    def _place(self) -> tuple[list[int], list[float], list[Point], set[tuple[int, int]]]:
         """Node numbers, heights, positions, and edges as (smaller, larger) index."""
         file, fault = self._file, self._places.fault
         if file.topology is not None:
@@ -180,14 +186,22 @@ class _Assembly:
             edges.difference_update(self._listed_edges(file.edges.exclude, "edges.exclude"))
         else:
             edges.update(self._listed_edges(file.edges, "edges"))
-        for i, j in edges:
-            if points[i] == points[j]:
-                raise fault(
-                    f"nodes.{max(i, j)}",
-                    f"node {ids[max(i, j)]} stands where node {ids[min(i, j)]} stands and is joined with it,"
-                    " expected edges that have a length",
-                )
         return ids, heights, points, edges
+
+    def _check_extent(self, ids: Sequence[int], points: Sequence[Point], edges: set[tuple[int, int]]) -> None:
+        """Generated places keep to the coordinates that listed nodes may have, and every edge has a length."""
+        listed = self._file.nodes is not None
+        far = max(max(abs(x), abs(y)) for x, y in points)
+        if far > LARGEST:
+            raise self._places.fault("topology", f"has nodes at {far:g}, expected none beyond {LARGEST:g}")
+        for i, j in edges:
+            (x, y), (u, v) = points[i], points[j]
+            if abs(x - u) < SMALLEST and abs(y - v) < SMALLEST:
+                raise self._places.fault(
+                    f"nodes.{max(i, j)}" if listed else "topology",
+                    f"node {ids[max(i, j)]} stands where node {ids[min(i, j)]} stands and is joined with it,"
+                    f" expected edges that have a length of at least {SMALLEST:g}",
+                )
 
     def _listed_edges(self, pairs: Sequence[tuple[int, int]], path: str) -> list[tuple[int, int]]:
         seen: dict[tuple[int, int], int] = {}
@@ -203,7 +217,7 @@ class _Assembly:
 
     def _generated(
         self, kind: Grid | Line | Ring | Geometric | Rooms
-    ) -> tuple[list[int], list[float], list[tuple[float, float]], set[tuple[int, int]]]:
+    ) -> tuple[list[int], list[float], list[Point], set[tuple[int, int]]]:
         fault = self._places.fault
         if isinstance(kind, Rooms):
             count = (kind.columns * (kind.size + 1) - 1) * (kind.rows * (kind.size + 1) - 1)
@@ -212,6 +226,8 @@ class _Assembly:
         walls: list[int] = []
         if count > MAX_NODES:
             raise fault("topology", f"makes {count} nodes, expected at most {MAX_NODES}")
+        if isinstance(kind, Grid) and (many := grid_edges(kind.columns, kind.rows, kind.diagonals)) > MAX_EDGES:
+            raise fault("topology", f"makes {many} edges, expected at most {MAX_EDGES}")
         try:
             if isinstance(kind, Grid):
                 points, pairs = grid(kind.columns, kind.rows, kind.spacing, kind.diagonals)
@@ -235,11 +251,10 @@ class _Assembly:
         if not ids:
             raise fault("topology.without", "leaves no node")
         self._index = {number: i for i, number in enumerate(ids)}
-        kept = {
-            (self._index[i], self._index[j])
-            for i, j in ((min(pair), max(pair)) for pair in pairs)
-            if i in self._index and j in self._index
-        }
+        kept = {(i, j) if i < j else (j, i) for i, j in pairs}
+        if without:
+            index = self._index
+            kept = {(index[i], index[j]) for i, j in kept if i in index and j in index}
         return ids, [float(kind.z)] * len(ids), [points[number] for number in ids], kept
 
     def _hole_levels(

@@ -8,21 +8,30 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag
 from pydantic_core import PydanticCustomError
 
-__all__ = ["FORM_TAGS", "ScenarioFile"]
+__all__ = ["FORM_TAGS", "LARGEST", "MAX_NAME", "SMALLEST", "ScenarioFile"]
 
-MAX_COORDINATE = 1e9
-FORM_TAGS = ("<list>", "<mapping>", "<plain>")
-"""Names of the ways of writing a thing; they stand in pydantic's error paths but not in the file."""
+LARGEST, SMALLEST = 1e9, 1e-6
+"""No number is larger, and no length, height or time that cannot be 0 is smaller: sums of all of them stay exact
+enough, and products finite."""
+MAX_NAME = 100
+"""Most characters of a scenario's name."""
+FORM_TAGS = ("\0list", "\0mapping", "\0plain")
+"""Names of the ways of writing a thing; they stand in pydantic's error paths, and no field may be called so."""
 
 NodeId = Annotated[int, Strict(), Field(ge=0, le=10**15)]
 Count = Annotated[int, Strict(), Field(ge=1, le=10**9)]
-Coordinate = Annotated[float, Strict(), Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
-Positive = Annotated[float, Strict(), Field(gt=0, le=MAX_COORDINATE, allow_inf_nan=False)]
-NotNegative = Annotated[float, Strict(), Field(ge=0, le=MAX_COORDINATE, allow_inf_nan=False)]
-Length = Annotated[float, Strict(), Field(ge=1e-6, le=MAX_COORDINATE, allow_inf_nan=False)]
+Seed = Annotated[int, Strict(), Field(ge=0, le=10**18)]
+Coordinate = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False)]
+Length = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
+Seconds = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
+Scale = Annotated[float, Strict(), Field(ge=1e-4, le=1e4, allow_inf_nan=False)]
+Metres = Annotated[float, Strict(), Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+Size = Annotated[float, Strict(), Field(ge=0.01, le=1e3, allow_inf_nan=False)]
+"""Of a body or a part of the ground, metres."""
 Text = Annotated[str, Strict()]
 Flag = Annotated[bool, Strict()]
 Pair = tuple[NodeId, NodeId]
@@ -31,10 +40,17 @@ Pair = tuple[NodeId, NodeId]
 def _form(value: Any) -> str | None:
     """Which way of writing a thing was used."""
     if isinstance(value, (list, tuple)):
-        return "<list>"
+        return FORM_TAGS[0]
     if isinstance(value, (dict, BaseModel)):
-        return "<mapping>"
-    return "<plain>" if isinstance(value, (int, str, float)) else None
+        return FORM_TAGS[1]
+    return FORM_TAGS[2] if isinstance(value, (int, str, float)) else None
+
+
+def _name(text: str) -> str:
+    """Refuses what would break the line that a name stands in; other control characters are refused everywhere."""
+    if not text.strip() or any(letter in text for letter in "\t\n"):
+        raise PydanticCustomError("one_line", "expected one line of text")
+    return text
 
 
 class Section(BaseModel):
@@ -63,7 +79,7 @@ class NodeMapping(Section):
     """Height of its surface, graph units; of a hole listed by its number alone, the floor."""
 
 
-Node = Annotated[Annotated[NodeRow, Tag("<list>")] | Annotated[NodeMapping, Tag("<mapping>")], Discriminator(_form)]
+Node = Annotated[Annotated[NodeRow, Tag(FORM_TAGS[0])] | Annotated[NodeMapping, Tag(FORM_TAGS[1])], Discriminator(_form)]
 
 
 class RadiusEdges(Section):
@@ -77,7 +93,7 @@ class RadiusEdges(Section):
     """Edges left out."""
 
 
-Edges = Annotated[Annotated[list[Pair], Tag("<list>")] | Annotated[RadiusEdges, Tag("<mapping>")], Discriminator(_form)]
+Edges = Annotated[Annotated[list[Pair], Tag(FORM_TAGS[0])] | Annotated[RadiusEdges, Tag(FORM_TAGS[1])], Discriminator(_form)]
 
 
 class Generated(Section):
@@ -131,11 +147,11 @@ class Geometric(Generated):
     """Number of nodes."""
     radius: Length
     """Nodes at most this far apart are joined, graph units."""
-    seed: Annotated[int, Strict(), Field(ge=0)]
+    seed: Seed
     """Seed of the positions: the place is part of the scenario, not of the run."""
-    width: Positive = 10.0
+    width: Length = 10.0
     """Extent along x, graph units."""
-    height: Positive = 10.0
+    height: Length = 10.0
     """Extent along y, graph units."""
     apart: NotNegative = 0.0
     """Least distance of two nodes, graph units."""
@@ -156,7 +172,7 @@ class Rooms(Generated):
     """Rooms along y."""
     size: Annotated[int, Strict(), Field(ge=2, le=10**9)]
     """Nodes along each side of a room, at least 2."""
-    seed: Annotated[int, Strict(), Field(ge=0)]
+    seed: Seed
     """Where the doors are."""
     spacing: Length = 1.0
     """Distance of neighbours, graph units."""
@@ -170,18 +186,18 @@ class HoleMapping(Section):
 
     node: NodeId
     """Its node."""
-    depth: Positive | None = None
+    depth: Length | None = None
     """How far the floor lies below the node's z, graph units; absent: the node's z is the floor."""
 
 
-Hole = Annotated[Annotated[NodeId, Tag("<plain>")] | Annotated[HoleMapping, Tag("<mapping>")], Discriminator(_form)]
+Hole = Annotated[Annotated[NodeId, Tag(FORM_TAGS[2])] | Annotated[HoleMapping, Tag(FORM_TAGS[1])], Discriminator(_form)]
 
 
 class BoxRow(NamedTuple):
     """A box as [node, height]."""
 
     node: NodeId
-    height: Positive
+    height: Length
 
 
 class BoxMapping(Section):
@@ -189,11 +205,11 @@ class BoxMapping(Section):
 
     node: NodeId
     """Where it stands at the start of each episode."""
-    height: Positive
+    height: Length
     """How high it is, graph units."""
 
 
-Box = Annotated[Annotated[BoxRow, Tag("<list>")] | Annotated[BoxMapping, Tag("<mapping>")], Discriminator(_form)]
+Box = Annotated[Annotated[BoxRow, Tag(FORM_TAGS[0])] | Annotated[BoxMapping, Tag(FORM_TAGS[1])], Discriminator(_form)]
 
 
 class Crowd(Section):
@@ -201,14 +217,14 @@ class Crowd(Section):
 
     count: Count
     """How many agents."""
-    seed: Annotated[int, Strict(), Field(ge=0)]
+    seed: Seed
     """Which nodes are drawn: the start is part of the scenario, not of the run."""
     within: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
     """[xmin, ymin, xmax, ymax]: only nodes inside, borders included."""
 
 
 Agents = Annotated[
-    Annotated[list[NodeId], Field(min_length=1), Tag("<list>")] | Annotated[Crowd, Tag("<mapping>")],
+    Annotated[list[NodeId], Field(min_length=1), Tag(FORM_TAGS[0])] | Annotated[Crowd, Tag(FORM_TAGS[1])],
     Discriminator(_form),
 ]
 
@@ -218,7 +234,7 @@ class Duration(NamedTuple):
 
     start: NodeId
     end: NodeId
-    seconds: Positive
+    seconds: Seconds
 
 
 def _listed(value: Any) -> Any:
@@ -260,57 +276,57 @@ class PolicySection(BaseModel):
     """Name of a policy, or "package.module:Name"."""
 
 
-Policy = Annotated[Annotated[Text, Tag("<plain>")] | Annotated[PolicySection, Tag("<mapping>")], Discriminator(_form)]
+Policy = Annotated[Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[PolicySection, Tag(FORM_TAGS[1])], Discriminator(_form)]
 
 
 class GroundSection(Section):
     """A flat level, in metres."""
 
-    xmin: Coordinate
+    xmin: Metres
     """West edge."""
-    ymin: Coordinate
+    ymin: Metres
     """South edge."""
-    xmax: Coordinate
+    xmax: Metres
     """East edge."""
-    ymax: Coordinate
+    ymax: Metres
     """North edge."""
-    z: Coordinate
+    z: Metres
     """Height of its surface."""
 
 
 class PitSection(Section):
     """A square pit cut out of the ground, in metres and radians."""
 
-    x: Coordinate
+    x: Metres
     """Centre."""
-    y: Coordinate
+    y: Metres
     """Centre."""
-    yaw: Coordinate = 0.0
+    yaw: Annotated[float, Strict(), Field(ge=-100, le=100, allow_inf_nan=False)] = 0.0
     """Direction of its axis."""
-    side: Positive = 1.2
+    side: Size = 1.2
     """Length of its sides."""
-    rim: Coordinate = 0.0
+    rim: Metres = 0.0
     """Height of the ground round it."""
-    depth: Positive
+    depth: Size
     """How far its floor lies below the rim."""
 
 
 class RampSection(Section):
     """A ramp between two points of its centre line, in metres."""
 
-    x0: Coordinate
+    x0: Metres
     """Lower or upper end."""
-    y0: Coordinate
+    y0: Metres
     """Lower or upper end."""
-    z0: Coordinate
+    z0: Metres
     """Height there."""
-    x1: Coordinate
+    x1: Metres
     """The other end."""
-    y1: Coordinate
+    y1: Metres
     """The other end."""
-    z1: Coordinate
+    z1: Metres
     """Height there."""
-    half_width: Positive = 2.2
+    half_width: Size = 2.2
     """Half its width."""
 
 
@@ -328,23 +344,23 @@ class TerrainSection(Section):
 class PhysicsSection(Section):
     """How a physics backend builds the place; whatever is absent is derived from the graph."""
 
-    xy_scale: Positive | None = None
+    xy_scale: Scale | None = None
     """Metres per graph unit in the plane."""
-    z_scale: Positive | None = None
+    z_scale: Scale | None = None
     """Metres per graph unit of height; pit depths are rounded to whole multiples of the box height."""
-    box_length: Positive | None = None
+    box_length: Size | None = None
     """Side of a box, metres."""
-    box_height: Positive | None = None
+    box_height: Size | None = None
     """Height of every box, metres, instead of its height in the scenario times z_scale."""
-    box_mass: Positive | None = None
+    box_mass: Annotated[float, Strict(), Field(ge=0.01, le=1e4, allow_inf_nan=False)] | None = None
     """Mass of a box, kg."""
-    box_friction: Positive | None = None
+    box_friction: Annotated[float, Strict(), Field(ge=0.001, le=100, allow_inf_nan=False)] | None = None
     """Lateral friction of a box."""
-    pit_side: Positive | None = None
+    pit_side: Size | None = None
     """Side of a pit, metres."""
-    ramp_half_width: Positive | None = None
+    ramp_half_width: Size | None = None
     """Half the width of a ramp, metres."""
-    margin: NotNegative | None = None
+    margin: Annotated[float, Strict(), Field(ge=0, le=1e3, allow_inf_nan=False)] | None = None
     """How far the ground reaches beyond the outermost nodes, metres."""
     terrain: TerrainSection | None = None
     """Ground, pits and ramps in full instead of derived ones."""
@@ -353,7 +369,7 @@ class PhysicsSection(Section):
 class ScenarioFile(Section):
     """A colony: the place, what stands in it, who acts, and what counts as done."""
 
-    name: Annotated[str, Strict(), Field(min_length=1, max_length=100)] = "scenario"
+    name: Annotated[str, Strict(), Field(min_length=1, max_length=MAX_NAME), AfterValidator(_name)] = "scenario"
     """Short name, shown everywhere; the file's name unless given."""
     description: Text = ""
     """One line for listings."""
@@ -376,9 +392,9 @@ class ScenarioFile(Section):
     """The node that all agents must reach."""
     no_push: list[Pair] = []
     """Directed edges [from, to] over which no box may be pushed."""
-    detection_radius: Positive = 5.0
+    detection_radius: Length = 5.0
     """How far an agent sees in the xy plane (R), graph units."""
-    reach: Positive = 0.3
+    reach: Length = 0.3
     """Two surfaces whose heights differ by less than this are level, graph units."""
     max_steps: Count = 50
     """Edges an agent may begin in an episode."""
@@ -386,9 +402,9 @@ class ScenarioFile(Section):
     """Episodes of a run unless the caller says otherwise."""
     mode: Literal["asynchronous", "synchronous"] = "asynchronous"
     """Whether agents act whenever they are ready, or all at once in ticks."""
-    stall_seconds: Positive = 600.0
+    stall_seconds: Seconds = 600.0
     """Simulated seconds without any outcome after which an episode ends as deadlock."""
-    time_limit: Positive | None = None
+    time_limit: Seconds | None = None
     """Simulated seconds after which an episode ends as timeout; null for no limit."""
     timing: TimingSection = TimingSection()
     """Durations for backends without a clock of their own."""

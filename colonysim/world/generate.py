@@ -7,30 +7,36 @@ from __future__ import annotations
 
 import math
 import random
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
 __all__ = [
-    "MAX_EDGES", "MAX_NODES", "TooManyEdgesError", "doors", "draw_some", "geometric", "grid", "line", "radius_edges",
+    "MAX_EDGES", "MAX_NODES", "Point", "TooManyEdgesError", "doors", "draw_some", "geometric", "grid", "grid_edges", "line", "radius_edges",
     "ring", "rooms",
 ]  # fmt: skip
 
 MAX_NODES = 2_000_000
 """Most nodes of a generated place."""
-MAX_EDGES = 10_000_000
-"""Most edges that a radius may give."""
+MAX_EDGES = 4_000_000
+"""Most edges of a place: as many as a grid of a million nodes has with its diagonals, in some 1.5 GB."""
+_COMPARED = 4
+"""Pairs of nodes that may be compared for each edge that a place may have: in the plane three are, for each found."""
+_MAX_TRIES = 4_000_000
+"""Positions that may be drawn for all nodes of a place together."""
+_JAMMED = 0.547
+"""Share of the plane that discs dropped at random fill when no further one finds room (Feder, J. Theor. Biol. 1980)."""
 
 _TOLERANCE = 1e-9  # decimal coordinates a radius apart count as within it, whatever their binary rounding
 
 T = TypeVar("T")
-Point = tuple[float, float]
-Place = tuple[list[Point], list[tuple[int, int]]]
+Point: TypeAlias = tuple[float, float]
+Place: TypeAlias = tuple[list[Point], list[tuple[int, int]]]
 
 
 class TooManyEdgesError(ValueError):
-    """A radius that joins more than MAX_EDGES pairs."""
+    """A radius that joins more than MAX_EDGES pairs, or within which too many would have to be compared."""
 
 
 def grid(columns: int, rows: int, spacing: float, diagonals: bool) -> Place:
@@ -45,6 +51,12 @@ def grid(columns: int, rows: int, spacing: float, diagonals: bool) -> Place:
         if 0 <= c + dc < columns and r + dr < rows
     ]
     return points, edges
+
+
+def grid_edges(columns: int, rows: int, diagonals: bool) -> int:
+    """How many edges such a grid has."""
+    across = 2 * (columns - 1) * (rows - 1) if diagonals else 0
+    return (columns - 1) * rows + columns * (rows - 1) + across
 
 
 def line(nodes: int, spacing: float) -> Place:
@@ -139,25 +151,46 @@ def geometric(
         ValueError: The nodes do not fit into the rectangle that far apart.
         TooManyEdgesError: The radius joins too many pairs.
     """
+    # What cannot be is found before there are two million nodes of it.
+    _check_work(nodes * nodes / 2 * min(1.0, 3 * radius / width) * min(1.0, 3 * radius / height), radius)
+    crowded = ValueError(f"{nodes} nodes {apart:g} apart do not fit into {width:g} x {height:g}")
+    if nodes * math.pi * (apart / 2) ** 2 > _JAMMED * (width + 2 * apart) * (height + 2 * apart):
+        raise crowded
     rng = random.Random(seed)
     cells: dict[tuple[int, int], list[int]] = {}
-    size = apart or 1.0
+    size = max(apart, _TOLERANCE) if apart else 1.0
     points: list[Point] = []
+    tries = 0
     for _ in range(nodes):
         for _attempt in range(200):
             point = (round(rng.random() * width, 6), round(rng.random() * height, 6))
+            if not apart:
+                break
+            tries += 1
             cx, cy = int(point[0] / size), int(point[1] / size)
             around = (i for dx in (-1, 0, 1) for dy in (-1, 0, 1) for i in cells.get((cx + dx, cy + dy), ()))
-            if not apart or all(math.dist(point, points[i]) >= apart for i in around):
+            if all(math.dist(point, points[i]) >= apart for i in around):
+                cells.setdefault((cx, cy), []).append(len(points))
                 break
         else:
-            raise ValueError(f"{nodes} nodes {apart:g} apart do not fit into {width:g} x {height:g}")
-        cells.setdefault((cx, cy), []).append(len(points))
+            raise crowded
+        if tries > _MAX_TRIES:
+            raise crowded
         points.append(point)
     edges = list(radius_edges(points, radius))
     if connected:
-        edges += _joining(points, edges, radius)
+        # About as far as neighbours are apart: beginning with a much smaller radius takes many rounds.
+        far = 0.2 * max(math.sqrt(width * height / nodes), max(width, height) / nodes)
+        edges += _joining(points, edges, max(radius, far))
     return points, edges
+
+
+def _check_work(compared: float, radius: float) -> None:
+    if compared > _COMPARED * MAX_EDGES:
+        raise TooManyEdgesError(
+            f"about {compared:.2g} pairs of nodes would have to be compared with the radius {radius:g},"
+            f" expected at most {_COMPARED * MAX_EDGES:.2g}"
+        )
 
 
 def radius_edges(points: Sequence[Point], radius: float) -> Iterator[tuple[int, int]]:
@@ -179,6 +212,12 @@ def _pairs_within(points: Sequence[Point], radius: float, origins: Collection[in
     keys = [(math.floor(x / size), math.floor(y / size)) for x, y in points]
     for i, key in enumerate(keys):
         cells.setdefault(key, []).append(i)
+    compared = sum(
+        len(some) * len(cells.get((cx + dx, cy + dy), ()))
+        for (cx, cy), some in cells.items()
+        for dx, dy in ((0, 0), (0, 1), (1, -1), (1, 0), (1, 1))
+    )
+    _check_work(compared * len(origins) / max(1, len(points)), radius)
     for i in origins:
         x, y = points[i]
         cx, cy = keys[i]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,14 +13,26 @@ from typing import Any
 from colonysim.errors import ScenarioError
 from colonysim.world.assemble import assemble
 from colonysim.world.complaints import unknown_field
-from colonysim.world.format import ScenarioFile
+from colonysim.world.format import MAX_NAME, ScenarioFile
 from colonysim.world.places import Places, nearest_word
 from colonysim.world.scenario import Scenario
-from colonysim.world.source import MAX_DEPTH, read_file, read_text
+from colonysim.world.source import (
+    MAX_DEPTH,
+    MAX_DIGITS,
+    MAX_PATH,
+    control_character,
+    printable,
+    read_file,
+    read_text,
+)
 
 __all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "variant_names"]
 
 Overrides = Mapping[str, Any] | Sequence[str]
+
+_NUMBER = re.compile(r"[0-9]{1,9}")
+MAX_VARIANTS = 1000
+"""Most variants of a scenario: `colonysim validate` checks each of them."""
 
 
 def load_scenario(path_or_name: str | Path, variant: str | None = None, overrides: Overrides | None = None) -> Scenario:
@@ -38,7 +52,7 @@ def load_scenario(path_or_name: str | Path, variant: str | None = None, override
     source = _shown(path)
     document, positions = _read(path, source)
     draft = _Draft(document, positions, source)
-    draft.document.setdefault("name", path.stem)
+    draft.document.setdefault("name", printable(path.stem, MAX_NAME)[:MAX_NAME])
     draft.take_variants(variant)
     draft.override(overrides or ())
     return draft.scenario()
@@ -96,21 +110,25 @@ def _shipped_folder() -> Path:
 def _find(path_or_name: str | Path) -> Path:
     path = Path(path_or_name)
     text = str(path_or_name)
+    shown = printable(text, MAX_PATH)
     if "\0" in text:
-        raise ScenarioError(f"{text!r}: is no file name")
+        raise ScenarioError(f"{shown}: is no file name")
     bare = path.name == text and not path.suffix
-    if not bare or path.is_file():
-        if path.suffix and not path.exists():
-            beside = path.parent
-            near = nearest_word(path.name, [p.name for p in beside.glob("*.y*ml")] if beside.is_dir() else [])
-            raise ScenarioError(f"{text}: no such file{near}")
-        return path
-    shipped = _shipped_folder() / f"{text}.yaml"
-    if shipped.is_file():
-        return shipped
+    try:
+        if not bare or path.is_file():
+            if path.suffix and not path.exists():
+                beside = path.parent
+                near = nearest_word(path.name, [p.name for p in beside.glob("*.y*ml")] if beside.is_dir() else [])
+                raise ScenarioError(f"{shown}: no such file{near}")
+            return path
+        shipped = _shipped_folder() / f"{text}.yaml"
+        if shipped.is_file():
+            return shipped
+    except OSError as error:  # a name that is too long, a folder that may not be read
+        raise ScenarioError(f"{shown}: cannot be read: {error.strerror or error}") from None
     names = [p.stem for p in sorted(_shipped_folder().glob("*.yaml"))]
     expected = f"expected a file or one of {', '.join(names)}"
-    raise ScenarioError(f"{text}: no such scenario, {expected}{nearest_word(text, names)}")
+    raise ScenarioError(f"{shown}: no such scenario, {expected}{nearest_word(text, names)}")
 
 
 def _read(path: Path, source: str) -> tuple[dict[str, Any], dict[str, tuple[int, int]]]:
@@ -128,15 +146,24 @@ def _shown(path: Path) -> str:
     """A path for messages: relative if it lies below the working folder."""
     try:
         inside = path.is_absolute() and path != Path.cwd()
-        return os.fspath(path.relative_to(Path.cwd()) if inside else path)
+        shown = os.fspath(path.relative_to(Path.cwd()) if inside else path)
     except (ValueError, OSError):
-        return os.fspath(path)
+        shown = os.fspath(path)
+    return printable(shown, len(shown))
 
 
 def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
     """A deep copy as plain, finite data; tuples become lists."""
     where = f"{source}: {path}" if path else source
-    if value is None or isinstance(value, (str, bool, int)):
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, str):
+        if control := control_character(value):
+            raise ScenarioError(f"{where}: the character {control} is not allowed")
+        return value
+    if isinstance(value, int):
+        if not -(10**MAX_DIGITS) < value < 10**MAX_DIGITS:
+            raise ScenarioError(f"{where}: a number is out of range, expected at most {MAX_DIGITS} digits")
         return value
     if isinstance(value, float):
         if not math.isfinite(value):
@@ -148,13 +175,22 @@ def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
-                raise ScenarioError(f"{where}: the key {key!r} is no text")
+                raise ScenarioError(f"{where}: a key is a value of type {type(key).__name__}, expected text")
+            _check_path(f"{stem}{key}", source)
         return {key: _plain(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
     raise ScenarioError(
         f"{where}: {type(value).__name__} is not allowed, expected mappings, lists, text, numbers, true, false or null"
     )
+
+
+def _check_path(path: str, source: str) -> None:
+    """Refuses names that no file could hold."""
+    if control := control_character(path, in_name=True):
+        raise ScenarioError(f"{source}: {printable(path)}: the character {control} is not allowed in a name")
+    if len(path) > MAX_PATH:
+        raise ScenarioError(f"{source}: {printable(path)}: is longer than {MAX_PATH} characters, expected a field")
 
 
 class _Draft:
@@ -172,6 +208,8 @@ class _Draft:
         variants = self.document.pop("variants", None) or {}
         if not isinstance(variants, dict):
             raise self._places.fault("variants", "expected a mapping from names to fields")
+        if len(variants) > MAX_VARIANTS:
+            raise self._places.fault("variants", f"{len(variants)} variants, expected at most {MAX_VARIANTS}")
         known = list(ScenarioFile.model_fields)
         for name, changes in variants.items():
             path = f"variants.{name}"
@@ -184,8 +222,10 @@ class _Draft:
         if variant is None:
             return tuple(variants)
         if variant not in variants:
-            offered = f"expected one of {', '.join(variants)}" if variants else "the scenario has none"
-            raise ScenarioError(f"{self._source}: no variant '{variant}', {offered}{nearest_word(variant, variants)}")
+            some = ", ".join([*itertools.islice(variants, 20), *(["..."] if len(variants) > 20 else [])])
+            offered = f"expected one of {some}" if variants else "the scenario has none"
+            near = nearest_word(variant, variants)
+            raise ScenarioError(f"{self._source}: no variant '{printable(variant)}', {offered}{near}")
         self._merge(self.document, variants[variant] or {}, "", f"variants.{variant}")
         self._spell_out()
         return tuple(variants)
@@ -195,12 +235,12 @@ class _Draft:
         pairs: list[tuple[str, Any, str]] = []
         if isinstance(overrides, Mapping):
             for path, value in overrides.items():
-                shown = f"--set {path}={value}"
-                pairs.append((path, _plain(value, shown), shown if len(shown) < 80 else f"{shown[:76]}..."))
+                plain = _plain(value, f"--set {printable(str(path))}=...")
+                pairs.append((str(path), plain, printable(f"--set {path}={plain}")))
         else:
             for text in [overrides] if isinstance(overrides, str) else overrides:
                 path, equals, value = text.partition("=")
-                shown = f"--set {text}"
+                shown = printable(f"--set {text}")
                 if not equals or not path.strip():
                     raise ScenarioError(f"{shown}: expected FIELD=VALUE, for example policy.beta=2")
                 read, _ = read_text(value, shown, places=False)
@@ -249,16 +289,17 @@ class _Draft:
     def _set(self, path: str, value: Any, shown: str) -> None:
         here: Any = self.document
         parts = path.split(".")
+        if control_character(path, in_name=True) or len(path) > MAX_PATH or len(parts) > MAX_DEPTH:
+            raise ScenarioError(f"{shown}: is no field, expected a path such as policy.beta")
         if parts[0] == "variants":
             raise ScenarioError(f"{shown}: variants cannot be set, expected another field")
         for n, part in enumerate(parts):
             last = n == len(parts) - 1
             above = ".".join(parts[:n])
             if isinstance(here, list):
-                if not part.isdigit() or int(part) >= len(here):
-                    raise ScenarioError(
-                        f"{shown}: {above} is a list of {len(here)}, expected a place from 0 to {len(here) - 1}"
-                    )
+                if not _NUMBER.fullmatch(part) or int(part) >= len(here):
+                    expected = f"a place from 0 to {len(here) - 1}" if here else "a list that is not empty"
+                    raise ScenarioError(f"{shown}: {above} is a list of {len(here)}, expected {expected}")
                 if last:
                     here[int(part)] = value
                 else:

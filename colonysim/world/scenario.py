@@ -61,7 +61,7 @@ class Timing:
     pushes: Mapping[tuple[int, int], float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Scenario:
     """One colony, described once for every backend; all nodes are indices into `topology`.
 
@@ -116,6 +116,12 @@ class Scenario:
     source: str = "<scenario>"
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     overrides: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Scenario {self.name!r}: {len(self.topology)} nodes, {len(self.holes)} holes, {len(self.boxes)} boxes,"
+            f" {len(self.agents)} agents, {self.digest[:12] or 'no digest'}>"
+        )
 
     def fault(self, path: str, message: str) -> ScenarioError:
         """An error that says where in the file `path` stands, or what stands nearest above it."""

@@ -18,7 +18,10 @@ import yaml
 
 from colonysim.errors import ScenarioError
 
-__all__ = ["MAX_BYTES", "MAX_DEPTH", "MAX_EXPANDED", "MAX_VALUES", "read_file", "read_text"]
+__all__ = [
+    "MAX_BYTES", "MAX_DEPTH", "MAX_DIGITS", "MAX_EXPANDED", "MAX_PATH", "MAX_VALUES", "control_character", "printable",
+    "read_file", "read_text",
+]  # fmt: skip
 
 MAX_BYTES = 16_000_000
 """Largest file that is read; 100,000 listed nodes with their edges take about 6 MB."""
@@ -28,8 +31,16 @@ MAX_EXPANDED = 10_000
 """Most values that aliases (`*name`) may stand for, all together."""
 MAX_DEPTH = 32
 """Deepest nesting of lists and mappings."""
+MAX_DIGITS = 18
+"""Most digits of a whole number."""
+MAX_PATH = 300
+"""Longest dotted path of a field: each value keeps its own, so that long names multiply with the number of values."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_CHARACTERS = 64  # of a text that count as one value
+_MAX_FLOAT = 400  # characters of a number with a point or an exponent
+# What cannot be seen, what reorders the line it stands in, and lone halves of UTF-16 pairs, which cannot be written.
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 _INTEGER = re.compile(r"[-+]?[0-9]+\Z")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
 _NOT_FINITE = re.compile(r"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))\Z")
@@ -39,6 +50,27 @@ _CORE = "tag:yaml.org,2002:"
 _TAGGED: dict[str, tuple[type, ...]] = {
     "str": (str,), "int": (int,), "float": (float, int), "bool": (bool,), "null": (type(None),),
 }  # fmt: skip
+
+
+def control_character(text: str, *, in_name: bool = False) -> str:
+    """The first character of a text that no scenario may hold, as "U+001B"; empty if there is none.
+
+    Args:
+        text: A value, or a name.
+        in_name: Whether it is the name of something: then it may hold no line break and no tab either.
+    """
+    if text.isprintable():
+        return ""
+    found = _CONTROL.search(text) or (in_name and re.search(r"[\t\n]", text))
+    return f"U+{ord(found[0]):04X}" if found else ""
+
+
+def printable(text: str, most: int = 80) -> str:
+    """A text for a message: control characters escaped, and cut to at most `most` characters."""
+    short = text if len(text) <= most else f"{text[: most - 3]}..."
+    if short.isprintable():
+        return short
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in short)
 
 
 def read_file(path: Path, source: str) -> tuple[Any, dict[str, tuple[int, int]]]:
@@ -100,7 +132,12 @@ def read_text(text: str, source: str, *, places: bool = True) -> tuple[Any, dict
     except yaml.MarkedYAMLError as error:
         raise reader.broken(error) from None
     except yaml.reader.ReaderError as error:
-        raise reader.unprintable(error) from None
+        code = error.character if isinstance(error.character, int) else ord(error.character)
+        raise reader.unprintable(chr(code)) from None
+    except UnicodeEncodeError as error:  # the parser written in C reads UTF-8
+        raise reader.unprintable(error.object[error.start]) from None
+    except ValueError:  # of the parser written in Python: an escape beyond the last character there is
+        raise ScenarioError(f"{source}: an escape stands for no character") from None
     return reader.value, reader.positions
 
 
@@ -112,6 +149,7 @@ class _Frame:
     path: str
     anchor: str | None
     started: int
+    deep: int = 1
     key: str | None = None
     lines: dict[str, int] = field(default_factory=dict)
 
@@ -126,22 +164,25 @@ class _Reader:
         self._source = source
         self._places = places
         self._frames: list[_Frame] = []
-        self._anchors: dict[str, tuple[Any, int]] = {}
+        self._anchors: dict[str, tuple[Any, int, int]] = {}  # value, size, depth
         self._values = 0
         self._expanded = 0
         self._documents = 0
+        self._taken = 0
 
     def take(self, event: Any) -> None:
         """Takes the next event."""
         kind = type(event)
+        self._taken = event.end_mark.index
         if kind is yaml.ScalarEvent:
             self._scalar(event)
         elif kind is yaml.SequenceStartEvent or kind is yaml.MappingStartEvent:
             self._open(event)
         elif kind is yaml.SequenceEndEvent or kind is yaml.MappingEndEvent:
             frame = self._frames.pop()
+            self._deepen(frame.deep)
             if frame.anchor:
-                self._anchors[frame.anchor] = (frame.value, self._values - frame.started)
+                self._anchors[frame.anchor] = (frame.value, self._values - frame.started, frame.deep)
         elif kind is yaml.AliasEvent:
             self._alias(event)
         elif kind is yaml.DocumentStartEvent:
@@ -154,6 +195,10 @@ class _Reader:
         problem = error.problem or error.context or "no YAML"
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line, mark.column) if mark else (0, 0)
+        # The parser reads ahead of its events, and gives up at a depth of its own.
+        ahead = self._text[self._taken : mark.index if mark else None]
+        if len(self._frames) + sum(map(ahead.count, "[{")) - sum(map(ahead.count, "]}")) > MAX_DEPTH:
+            return ScenarioError(f"{self._at(line, column)}: nested deeper than {MAX_DEPTH} levels")
         lines = self._text.splitlines()
         if line < len(lines) and "\t" in lines[line][: column + 1]:
             problem += " (YAML is indented with spaces, not tabs)"
@@ -161,18 +206,18 @@ class _Reader:
             problem += f" ({error.context})"
         return ScenarioError(f"{self._at(line, column)}: {problem}")
 
-    def unprintable(self, error: yaml.reader.ReaderError) -> ScenarioError:
+    def unprintable(self, character: str) -> ScenarioError:
         """The message for a character that YAML does not allow."""
-        code = error.character if isinstance(error.character, int) else ord(error.character)
-        start = max(self._text.find(chr(code)), 0)
+        start = max(self._text.find(character), 0)
         line, column = self._text.count("\n", 0, start), start - self._text.rfind("\n", 0, start) - 1
-        return ScenarioError(f"{self._at(line, column)}: the control character 0x{code:02x} is not allowed")
+        at = self._at(line, column)
+        return ScenarioError(f"{at}: the control character 0x{ord(character):02x} is not allowed")
 
     def _at(self, line: int, column: int) -> str:
         return f"{self._source}:{line + 1}:{column + 1}" if self._places else self._source
 
     def _fault(self, event: Any, message: str, path: str = "") -> ScenarioError:
-        at = self._at(event.start_mark.line, event.start_mark.column)
+        at, path = self._at(event.start_mark.line, event.start_mark.column), printable(path)
         return ScenarioError(f"{at}: {path}: {message}" if path else f"{at}: {message}")
 
     def _scalar(self, event: Any) -> None:
@@ -182,14 +227,20 @@ class _Reader:
             return
         path = self._next_path()
         value = self._resolve(event, path)
-        self._put(event, path, value, 1)
+        size = 1 + len(event.value) // _CHARACTERS
+        self._put(event, path, value, size)
         if event.anchor:
-            self._anchors[event.anchor] = (value, 1)
+            self._anchors[event.anchor] = (value, size, 0)
 
     def _key(self, frame: _Frame, event: Any) -> None:
         name = event.value
         mark = event.start_mark
         path = f"{frame.path}.{name}" if frame.path else name
+        if control := control_character(name, in_name=True):
+            raise self._fault(event, f"the character {control} is not allowed in a name", path)
+        if len(path) > MAX_PATH:
+            raise self._fault(event, f"a field's name and those it stands under are {len(path)} characters long,"
+                              f" expected at most {MAX_PATH}", path)  # fmt: skip
         if name in frame.lines:
             raise self._fault(event, f"the key '{name}' stands twice, first on line {frame.lines[name]}", path)
         frame.lines[name] = mark.line + 1
@@ -209,12 +260,21 @@ class _Reader:
     def _alias(self, event: Any) -> None:
         path = self._next_path()
         if event.anchor not in self._anchors:
-            raise self._fault(event, f"the alias *{event.anchor} stands inside or before its own anchor", path)
-        value, size = self._anchors[event.anchor]
+            name = printable(event.anchor)
+            raise self._fault(event, f"the alias *{name} stands inside or before its own anchor", path)
+        value, size, deep = self._anchors[event.anchor]
+        if len(self._frames) + deep > MAX_DEPTH:
+            raise self._fault(event, f"nested deeper than {MAX_DEPTH} levels", path)
+        self._deepen(deep)
         self._expanded += size
         if self._expanded > MAX_EXPANDED:
             raise self._fault(event, f"aliases stand for more than {MAX_EXPANDED} values", path)
         self._put(event, path, copy.deepcopy(value), size)
+
+    def _deepen(self, deep: int) -> None:
+        """Something `deep` levels deep stands in the innermost list or mapping."""
+        if self._frames:
+            self._frames[-1].deep = max(self._frames[-1].deep, deep + 1)
 
     def _next_path(self) -> str:
         if not self._frames:
@@ -244,6 +304,8 @@ class _Reader:
 
     def _resolve(self, event: Any, path: str) -> Any:
         text = event.value
+        if control := control_character(text):
+            raise self._fault(event, f"the character {control} is not allowed", path)
         if event.tag == "!" or (event.tag is None and not event.implicit[0]):
             return text
         if event.tag is None:
@@ -253,17 +315,20 @@ class _Reader:
             raise self._fault(event, f"the tag {_shown_tag(event.tag)} is not allowed, expected plain data", path)
         value = text if kind == "str" else self._plain(event, text, path)
         if type(value) not in _TAGGED[kind]:
-            raise self._fault(event, f"'{text}' is no !!{kind}", path)
+            raise self._fault(event, f"'{printable(text)}' is no !!{kind}", path)
         return value
 
     def _plain(self, event: Any, text: str, path: str) -> Any:
-        if len(text) < 19 and text.isdecimal() and text.isascii():  # most values of a large file
+        if len(text) <= MAX_DIGITS and text.isdecimal() and text.isascii():  # most values of a large file
             return int(text)
         if _INTEGER.match(text):
-            if len(text) > 18:
-                raise self._fault(event, f"{text[:20]}... is out of range, expected at most 18 digits", path)
+            if len(text) > MAX_DIGITS:
+                shown = f"{text[:20]}..."
+                raise self._fault(event, f"{shown} is out of range, expected at most {MAX_DIGITS} digits", path)
             return int(text)
         if _FLOAT.match(text):
+            if len(text) > _MAX_FLOAT:
+                raise self._fault(event, f"{text[:20]}... has more than {_MAX_FLOAT} characters", path)
             number = float(text)
             if math.isinf(number):
                 raise self._fault(event, f"{text[:20]} is out of range, expected a finite number", path)
@@ -274,4 +339,5 @@ class _Reader:
 
 
 def _shown_tag(tag: str) -> str:
+    tag = printable(tag)
     return f"!!{tag.removeprefix(_CORE)}" if tag.startswith(_CORE) else tag

@@ -33,7 +33,7 @@ class Edges(NamedTuple):
     rises: array[float]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Topology:
     """An undirected graph in space; nodes are counted from 0, `ids` holds their numbers in the scenario file.
 
@@ -74,11 +74,13 @@ class Topology:
         x = tuple(float(p[0]) for p in positions)
         y = tuple(float(p[1]) for p in positions)
         z = tuple(float(p[2]) for p in positions)
-        joined: list[set[int]] = [set() for _ in ids]
+        joined: list[list[int]] = [[] for _ in ids]
+        number = list(range(len(ids)))  # one object for each, not one for each edge
         for i, j in edges:
-            joined[i].add(j)
-            joined[j].add(i)
-        neighbours = tuple(tuple(sorted(others)) for others in joined)
+            joined[i].append(number[j])
+            joined[j].append(number[i])
+        neighbours = tuple(tuple(sorted(set(others))) for others in joined)
+        del joined
         lengths = tuple(
             tuple(math.sqrt((x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2) for j in others)
             for i, others in enumerate(neighbours)
@@ -88,6 +90,9 @@ class Topology:
             rises[i, j] = z[j] - z[i]
             rises[j, i] = z[i] - z[j]
         return cls(tuple(ids), x, y, z, neighbours, lengths, rises)
+
+    def __repr__(self) -> str:
+        return f"<Topology: {len(self)} nodes, {self.edge_count} edges>"
 
     def __len__(self) -> int:
         return len(self.ids)
