@@ -9,6 +9,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any, Literal
 
+from colonysim.arguments import wholes
 from colonysim.errors import TraceError
 from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES
@@ -33,18 +34,24 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
         table: Name of the table.
         kind: "csv" (lists as numbers parted by spaces), "json" (one list of objects) or "parquet".
         out: The file; replaced in one step. None for standard output.
-        episodes: Only these.
+        episodes: Only these; all of them must be there.
 
     Returns:
         The number of rows.
 
     Raises:
-        TraceError: No such table, a damaged part, or the file cannot be written.
+        TraceError: No such table, format or episode, a damaged part, or the file cannot be written.
     """
     if table not in TABLES:
         raise TraceError(f"no table {table!r} in a trace; {nearest(table, TABLES)}")
+    if kind not in KINDS:
+        raise TraceError(f"no format {kind!r}; {nearest(str(kind), KINDS)}")
     rows = run.table(table)
     if episodes is not None:
+        episodes = wholes("episodes", episodes)
+        missing = sorted({*episodes} - {each.episode for each in run.episodes} - {*rows["episode"].to_pylist()})
+        if missing:
+            raise TraceError(f"no episode {missing[0]} in this run; {len(run.episodes)} are complete")
         import pyarrow as pa
         import pyarrow.compute as pc
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from colonysim.arguments import plain
 from colonysim.errors import ScenarioError
 from colonysim.world.assemble import assemble
 from colonysim.world.complaints import unknown_field
@@ -16,7 +18,7 @@ from colonysim.world.places import Places, nearest_word
 from colonysim.world.scenario import Scenario
 from colonysim.world.source import MAX_DEPTH, read_file, read_text
 
-__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "variant_names"]
+__all__ = ["list_scenarios", "load_scenario", "plain_data", "scenario_from_document", "variant_names"]
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
@@ -59,7 +61,7 @@ def scenario_from_document(
     Raises:
         ScenarioError: As for `load_scenario`, without line and column.
     """
-    draft = _Draft(_plain(document, source), {}, source)
+    draft = _Draft(plain_data(document, source), {}, source)
     draft.take_variants(variant)
     draft.override(overrides or ())
     return draft.scenario()
@@ -133,9 +135,14 @@ def _shown(path: Path) -> str:
         return os.fspath(path)
 
 
-def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
-    """A deep copy as plain, finite data; tuples become lists."""
+def plain_data(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
+    """A deep copy as plain, finite data; tuples and arrays become lists, numbers of NumPy those of Python.
+
+    Raises:
+        ScenarioError: Something in it is neither mapping, list, text, finite number, true, false nor null.
+    """
     where = f"{source}: {path}" if path else source
+    value = plain(value)
     if value is None or isinstance(value, (str, bool, int)):
         return value
     if isinstance(value, float):
@@ -149,9 +156,9 @@ def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
         for key in value:
             if not isinstance(key, str):
                 raise ScenarioError(f"{where}: the key {key!r} is no text")
-        return {key: _plain(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
+        return {key: plain_data(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
+        return [plain_data(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
     raise ScenarioError(
         f"{where}: {type(value).__name__} is not allowed, expected mappings, lists, text, numbers, true, false or null"
     )
@@ -165,6 +172,7 @@ class _Draft:
         self._positions = positions
         self._source = source
         self._overrides: dict[str, str] = {}
+        self._variant: str | None = None
         self._spell_out()
 
     def take_variants(self, variant: str | None) -> tuple[str, ...]:
@@ -186,6 +194,7 @@ class _Draft:
         if variant not in variants:
             offered = f"expected one of {', '.join(variants)}" if variants else "the scenario has none"
             raise ScenarioError(f"{self._source}: no variant '{variant}', {offered}{nearest_word(variant, variants)}")
+        self._variant = variant
         self._merge(self.document, variants[variant] or {}, "", f"variants.{variant}")
         self._spell_out()
         return tuple(variants)
@@ -196,7 +205,7 @@ class _Draft:
         if isinstance(overrides, Mapping):
             for path, value in overrides.items():
                 shown = f"--set {path}={value}"
-                pairs.append((path, _plain(value, shown), shown if len(shown) < 80 else f"{shown[:76]}..."))
+                pairs.append((path, plain_data(value, shown), shown if len(shown) < 80 else f"{shown[:76]}..."))
         else:
             for text in [overrides] if isinstance(overrides, str) else overrides:
                 path, equals, value = text.partition("=")
@@ -204,7 +213,7 @@ class _Draft:
                 if not equals or not path.strip():
                     raise ScenarioError(f"{shown}: expected FIELD=VALUE, for example policy.beta=2")
                 read, _ = read_text(value, shown, places=False)
-                pairs.append((path.strip(), _plain(read, shown), shown))
+                pairs.append((path.strip(), plain_data(read, shown), shown))
         for path, value, shown in pairs:
             self._set(path, value, shown)
             self._spell_out()
@@ -216,7 +225,7 @@ class _Draft:
             if isinstance(section, dict):
                 for name in [name for name, value in section.items() if value is None]:
                     del section[name]
-        return assemble(self.document, self._places)
+        return dataclasses.replace(assemble(self.document, self._places), variant=self._variant)
 
     @property
     def _places(self) -> Places:
