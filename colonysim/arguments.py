@@ -19,8 +19,8 @@ __all__ = ["MAX_COUNT", "MAX_SEED", "as_seed", "as_span", "plain", "real", "show
 
 MAX_COUNT = 10**9
 """Largest count of anything; a scenario's counts end there too."""
-MAX_SEED = 2**63 - 1
-"""Largest seed: tables keep seeds as 64-bit integers."""
+MAX_SEED = 10**18 - 1
+"""Largest seed: numbers in files have at most 18 digits."""
 _LONGEST = 60
 
 

@@ -61,7 +61,7 @@ def write_video(
     if ending == ".mp4" and (width % 2 or height % 2):
         raise ColonysimError(f"an MP4 of {width}x{height} cannot be made: width and height must be even")
     fps = whole("fps", fps, 1, _FASTEST)
-    seconds = real("seconds", seconds, 0.0, float(_MOST_FRAMES))
+    seconds = real("seconds", seconds, 0.0, 1e9)
     if not 1 <= round(seconds * fps) <= _MOST_FRAMES:
         raise ColonysimError(f"{seconds:g} s with {fps} frames a second: a video has 1 to {_MOST_FRAMES} frames")
     result = _result(run, episode)
