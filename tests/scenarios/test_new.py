@@ -175,7 +175,7 @@ def calls(rng):
         ("spare", 0.35, (1, 2, 5, 9)),
         ("depth", 0.3, (1, 2, 3, 4)),
         (rng.choice(("columns", "rows", "size", "holes", "spare", "depth", "agents", "seed")), 0.1,
-         (0, -1, 10**5, 10**9, 10**18)),
+         (0, -1, 10**4, 10**9, 10**18)),
     ):  # fmt: skip
         if rng.random() < chance:
             options[name] = rng.choice(values)
@@ -210,6 +210,28 @@ def test_a_random_call_is_refused_or_writes_a_world_that_is_valid_and_can_be_sol
 @pytest.mark.parametrize("start", range(0, 3000, 300))
 def test_thousands_of_random_calls(start, tmp_path):
     assert 60 < sum(check_a_call(number, tmp_path) for number in range(start, start + 300)) < 270
+
+
+def check_a_trial(number, folder):
+    """Whether a call made a small world; then a colony has to solve it within three runs."""
+    file = folder / f"{number}.yaml"
+    if CliRunner().invoke(app, ["new", *calls(random.Random(number)), "-o", str(file)]).exit_code:
+        return False
+    scenario = load_scenario(file)
+    if len(scenario.topology) > 150 or len(scenario.agents) > 30:
+        return False
+    runs = (colonysim.run(scenario, episodes=15, seed=seed, trace=False) for seed in range(3))
+    assert any(episode.success == 1.0 for run in runs for episode in run.episodes), file.read_text()
+    return True
+
+
+def test_a_colony_solves_random_new_worlds(tmp_path):
+    assert sum(check_a_trial(number, tmp_path) for number in range(3000, 3012)) >= 2
+
+
+@pytest.mark.slow
+def test_a_colony_solves_many_random_new_worlds(tmp_path):
+    assert sum(check_a_trial(number, tmp_path) for number in range(3000, 3400)) >= 50
 
 
 @pytest.mark.parametrize("seed", range(3))
