@@ -77,10 +77,12 @@ def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) 
 
     Raises:
         PluginError: There is no such backend.
-        ColonysimError: It does not know one of the options.
+        ColonysimError: It does not know one of the options, or a backend is given that is made already.
         MissingExtraError: It needs a package that is not installed.
     """
     if not isinstance(name, str):
+        if options:
+            raise ColonysimError(f"backend options {', '.join(options)}: only with a backend given by its name")
         return name
     factory = load("backends", name)
     try:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.plugins import make_backend, make_policy
-from colonysim.simulation import MODES, simulate
-from colonysim.suggest import nearest
-from colonysim.trace.manifest import begin_manifest, prepare_directory
+from colonysim.simulation import mode_of, simulate
+from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 from colonysim.world.loading import load_scenario
@@ -48,18 +49,19 @@ def run(
     """Runs a colony and records it.
 
     A run that stops early, by Ctrl-C or by an error, leaves a directory that can be read: its manifest
-    says "interrupted" or "failed", and the exception goes on to the caller.
+    says "interrupted" or "failed", and the exception goes on to the caller. One that fails before anything
+    has happened in it leaves none.
 
     Args:
         scenario: The colony: a scenario, the path of its file, or the name of one that comes with the package.
         backend: Name of a backend, or one.
         policy: Name of a policy, a factory, or a policy; the scenario's own if None.
-        variant: One of the scenario file's variants; only with a path or a name.
+        variant: One of the scenario file's variants; only with a path or a name, as a `Scenario` is one already.
         overrides: Fields of the scenario to set, as for `load_scenario`; only with a path or a name.
         mode: "asynchronous" or "synchronous"; the scenario's own if None.
         episodes: How many; the scenario's own number if None.
-        seed: Together with the scenario it makes the run.
-        out: Where to write, absent or empty; by default a new directory below `runs/`.
+        seed: Together with the scenario it makes the run; a whole number from 0.
+        out: Where to write, absent or empty; by default a new directory below `runs/`. Not without a trace.
         trace: Whether to write a run directory at all. The trace's hash is there either way.
         decisions: Whether to keep the decisions (candidates and their probabilities), the largest table.
         initial: A run whose pheromones, as they were at its last episode's end, this one starts with.
@@ -80,56 +82,80 @@ def run(
         print([episode.steps for episode in run.episodes], run.path)
         ```
     """
+    # Whatever is wrong with the request is found before a directory is made for it.
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, variant, overrides)
-    # Whatever is wrong with the request is found before a directory is made for it.
-    if (mode or scenario.mode) not in MODES:
-        raise ColonysimError(f"no mode {mode!r}; {nearest(str(mode), MODES)}")
+    elif variant is not None or overrides:
+        raise ColonysimError(
+            "variant and overrides: the scenario is loaded already; give them to load_scenario, or run its path or name"
+        )
+    if out is not None and not trace:
+        raise ColonysimError(f"{out}: nothing is written there without a trace; leave out either of them")
+    mode = mode_of(scenario, mode)
+    count = scenario.episodes if episodes is None else whole("episodes", episodes)
+    seed = as_seed(seed)
     chosen = make_policy(policy, scenario)
     body = make_backend(backend, backend_options)
-    count = scenario.episodes if episodes is None else episodes
     start = _pheromones(initial)
     manifest = begin_manifest(
         scenario.name,
         scenario=scenario,
         backend=backend if isinstance(backend, str) else type(backend).__name__,
         policy=policy if isinstance(policy, str) else getattr(chosen, "name", type(chosen).__name__),
-        mode=mode or scenario.mode,
+        mode=mode,
         episodes=count,
         seed=seed,
-        variant=variant,
+        variant=scenario.variant,
         options={
             "backend": dict(backend_options or {}),
-            "overrides": overrides or [],
+            "overrides": scenario.settings,
             "decisions": decisions,
             "initial": initial.path if isinstance(initial, Run) else initial,
         },
     )
-    directory = None
+    directory, made = None, _absent(Path("runs") if out is None else Path(out))
     if trace:
         directory = prepare_directory(
-            None if out is None else Path(out), scenario.name, variant, manifest["backend"], seed
+            None if out is None else Path(out), scenario.name, scenario.variant, manifest["backend"], seed
         )
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
     writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
     recorded = Run(directory, manifest, writer.results)
-    with writer:
-        if on_start:
-            on_start(recorded)
-        events = simulate(
-            scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
-            initial=start, decisions=decisions, kinds=None if on_event or tap else ("episode",),
-        )  # fmt: skip
-        try:
-            for event in events:
-                if on_event:
-                    on_event(event, recorded)
-                if tap:
-                    writer.share()
-        finally:
-            if isinstance(events, Generator):
-                events.close()  # the backend too has to end before the trace does
+    try:
+        with writer:
+            if on_start:
+                on_start(recorded)
+            events = simulate(
+                scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
+                initial=start, decisions=decisions, kinds=None if on_event or tap else ("episode",),
+            )  # fmt: skip
+            try:
+                for event in events:
+                    if on_event:
+                        on_event(event, recorded)
+                    if tap:
+                        writer.share()
+            finally:
+                if isinstance(events, Generator):
+                    events.close()  # the backend too has to end before the trace does
+    except Exception:
+        if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):
+            _take_back(directory, [directory, *made] if out is None else made)
+        raise
     return recorded
+
+
+def _absent(path: Path) -> list[Path]:
+    """A path and the folders above it as far as there are none, the innermost first."""
+    return [folder for folder in (path, *path.parents) if not folder.exists()]
+
+
+def _take_back(directory: Path, made: Sequence[Path]) -> None:
+    """Removes the directory of a run in which nothing has happened, and what was made for it; never others' files."""
+    with suppress(OSError):
+        (directory / MANIFEST).unlink()
+        for folder in made:
+            folder.rmdir()
 
 
 def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:

@@ -13,10 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from colonysim.arguments import whole
 from colonysim.bench.cases import CASES, SEED, Case
+from colonysim.errors import ColonysimError
 from colonysim.recording import run
 from colonysim.simulation import simulate
 from colonysim.simulation.yardstick import timeouts_per_second
+from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
@@ -74,7 +77,13 @@ def measure(name: str, rounds: int = 5) -> Figures:
     Args:
         name: One of `CASES`.
         rounds: How often; medians are what counts.
+
+    Raises:
+        ColonysimError: There is no such case.
     """
+    rounds = whole("rounds", rounds)
+    if name not in CASES:
+        raise ColonysimError(f"no case {name!r}; {nearest(str(name), CASES)}")
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         return pool.submit(_measure, name, rounds).result()
 

@@ -45,6 +45,8 @@ def command(
     from colonysim.suggest import nearest
 
     if list_cases:
+        if cases or save_to is not None or compare is not None or as_json:
+            raise ColonysimError("--list stands alone: nothing is timed")
         print_table(["case", "what runs"], [[case.name, case.about] for case in CASES.values()])
         return
     for name in cases or ():

@@ -59,8 +59,11 @@ def push(
     from colonysim.cli.stopping import told_when_stopped
 
     need_bullet()
+    from colonysim.errors import ColonysimError
     from colonysim.push.training.evaluation import evaluate_push
 
+    if kind == "scripted" and model is not None:
+        raise ColonysimError("--model: scripted pushes need no network")
     recorder = None
     if out is not None:
         from colonysim.cli.pushes import PushRecorder

@@ -24,10 +24,12 @@ def command(
     ],
     columns: Annotated[int, typer.Option(min=1, help="Nodes along x; rooms or platforms along x.")] = 3,
     rows: Annotated[int, typer.Option(min=1, help="Nodes along y; rooms or platforms along y.")] = 3,
-    size: Annotated[int, typer.Option(min=2, help="Nodes along each side of a room or platform.")] = 6,
+    size: Annotated[
+        int | None, typer.Option(help="Nodes along each side of a room or platform.", show_default="6")
+    ] = None,
     holes: Annotated[int, typer.Option(min=0, help="Holes; platforms have one at each door instead.")] = 0,
     spare: Annotated[int, typer.Option(min=0, help="Boxes besides those that the holes need.")] = 0,
-    depth: Annotated[int, typer.Option(min=1, help="Boxes that fill a hole.")] = 1,
+    depth: Annotated[int | None, typer.Option(help="Boxes that fill a hole.", show_default="1")] = None,
     agents: Annotated[int, typer.Option(min=1, help="How many agents.")] = 4,
     crowded: Annotated[bool, typer.Option("--crowded", help="Start all agents in one corner.")] = False,
     seed: Annotated[int, typer.Option("--seed", "-s", min=0, help="Makes the world.")] = 0,
@@ -41,6 +43,7 @@ def command(
     """
     from colonysim.cli.console import print_text
     from colonysim.errors import ColonysimError
+    from colonysim.files import replace_file
     from colonysim.world.invent import invent, to_yaml
 
     document = invent(
@@ -51,10 +54,6 @@ def command(
     if out is None:
         print_text(text)
         return
-    try:
-        with out.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ColonysimError(f"{out}: exists already; it is not overwritten") from None
-    except OSError as error:
-        raise ColonysimError(f"{out}: cannot be written: {error.strerror or error}") from error
+    if out.exists() or out.is_symlink():
+        raise ColonysimError(f"{out}: exists already; it is not overwritten")
+    replace_file(out, text)

@@ -36,10 +36,10 @@ def command(
         str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="first, some between, last")
     ] = None,
     hole: Annotated[
-        int | None, typer.Option("--hole", help="Node of the hole whose H is drawn.", show_default="the first")
+        int | None, typer.Option("--hole", help="Node of the hole whose H is drawn.", show_default="all of them")
     ] = None,
     box: Annotated[
-        int | None, typer.Option("--box", help="Box whose B is drawn.", show_default="all, a row each")
+        int | None, typer.Option("--box", help="Box whose B is drawn.", show_default="the first six")
     ] = None,
     out: Annotated[
         Path | None,

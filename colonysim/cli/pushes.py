@@ -8,6 +8,7 @@ import json
 import time
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import as_seed, whole
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.push.cards import load_model
 from colonysim.push.training.evaluation import judged_start
@@ -57,6 +58,7 @@ class PushRecorder:
     def __init__(
         self, directory: Path, push: ExecutorName, *, episodes: int, seed: int, model: Path | None = None
     ) -> None:
+        seed, episodes = as_seed(seed), whole("episodes", episodes)
         network = None if push == "scripted" else load_model("push" if model is None else model, "q-network")
         manifest = begin_manifest(
             "push", backend="bullet", policy=push, mode="single pushes", episodes=len(KINDS) * episodes, seed=seed

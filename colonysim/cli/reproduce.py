@@ -63,6 +63,8 @@ def command(
     from colonysim.reproduce.plans import FULL, QUICK
 
     if list_only:
+        if names or out is not None or quick or seeds is not None or bullet is not None or trainings is not None:
+            raise ColonysimError("--list stands alone: nothing is reproduced")
         print_table(["name", "what", "in the paper"], [[k, s.title, s.places] for k, s in STUDIES.items()])
         return
     if out is None:

@@ -34,9 +34,12 @@ def command(
     """
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
+    from colonysim.errors import ColonysimError
     from colonysim.sweep.tables import query, read_table, summary
 
     if sql is not None:
+        if by or episodes is not None:
+            raise ColonysimError("--sql stands alone: the query says itself what is told apart and which episodes count")
         names, rows = query(directory, sql)
         if as_json:
             print_json([dict(zip(names, row, strict=True)) for row in rows])

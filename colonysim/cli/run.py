@@ -30,6 +30,8 @@ Examples:
   colonysim run hard --backend bullet --from runs/hard-nodeworld-s0-1 --episodes 3
 """
 
+_PACE = 5.0
+"""Simulated seconds a second, unless --pace says otherwise."""
 _SCENARIO = "A scenario file, or the name of a scenario that comes with colonysim (`colonysim scenarios`)."
 
 
@@ -103,9 +105,13 @@ def command(
         bool, typer.Option("--live", "-l", help="Follow the run in the browser, on the page of `colonysim view`.")
     ] = False,
     pace: Annotated[
-        float,
-        typer.Option(min=0.0, help="Simulated seconds a second of a node world that is watched; 0: all at once."),
-    ] = 5.0,
+        float | None,
+        typer.Option(
+            min=0.0,
+            help="Simulated seconds a second of a node world that is watched; 0: all at once.",
+            show_default="5.0",
+        ),
+    ] = None,
     port: Annotated[
         int,
         typer.Option(min=0, max=65535, help="Where --live listens on this machine.", show_default="any that is free"),
@@ -131,6 +137,11 @@ def command(
     options = _backend_options(backend, push, feasibility, gui)
     if (port or no_open) and not live:
         raise ColonysimError(f"{'--port' if port else '--no-open'}: only with --live")
+    slowed = backend == "nodeworld" and (watch or live)
+    if pace is not None and not slowed:
+        raise ColonysimError("--pace: only a node world that is seen, with --watch or --live, is slowed down")
+    if no_trace and out is not None:
+        raise ColonysimError("--no-trace and --out: the run is either recorded or not")
     loaded = load_scenario(scenario, variant, settings)
     count = loaded.episodes if episodes is None else episodes
     begun: list[Run] = []
@@ -148,9 +159,9 @@ def command(
             return f"Interrupted after {len(begun[0].episodes) if begun else 0} of {count} episodes.{where}"
 
         with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:
-            slow = _slowed(shown, pace) if backend == "nodeworld" and (watch or live) else shown
+            slow = _slowed(shown, _PACE if pace is None else pace) if slowed else shown
             recorded = run(
-                loaded, backend=backend, policy=policy, variant=variant, overrides=settings, mode=mode,
+                loaded, backend=backend, policy=policy, mode=mode,
                 episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
                 backend_options=options, on_start=starts, on_event=slow, tap=page,
             )  # fmt: skip

@@ -27,6 +27,8 @@ def command(
 
     listed = list_scenarios()
     if name is not None:
+        if as_json:
+            raise ScenarioError("--json: of the list only; a scenario is printed as its file stands")
         found = {each: path for each, path, _, _ in listed}
         if name not in found:
             raise ScenarioError(f"no scenario {name!r}; {nearest(name, found)}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
+from colonysim.arguments import real
 from colonysim.cli.console import error_console, visible
 from colonysim.cli.summary import episode_line
 
@@ -36,7 +37,7 @@ class Pace:
     """
 
     def __init__(self, seconds: float) -> None:
-        self._seconds = seconds
+        self._seconds = real("pace", seconds, 0.0, 1e9)
         self._time = 0.0
 
     def __call__(self, event: Event) -> None:

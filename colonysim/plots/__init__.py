@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from colonysim.arguments import MAX_SEED, real, whole, wholes
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.files import replacing
 from colonysim.suggest import nearest
@@ -22,6 +23,13 @@ KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes", "waiting", "work
 """What can be drawn of the run of a colony."""
 PUSH_KINDS = ("trajectories", "samples")
 """What can be drawn of a run of single pushes."""
+_WHOLE = ("episodes", "workload", "fates")
+"""Those that are of the whole run, whichever episodes are asked for."""
+_METADATA: dict[str, dict[str, str | None]] = {
+    "png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None},
+}  # fmt: skip
+"""File formats; without dates in the files the same run gives the same bytes."""
+_DPI = (10.0, 2400.0)
 _MOST_PANELS = 6
 _MOST_BOXES = 6
 
@@ -43,24 +51,31 @@ def draw(
         run: The run.
         what: Any of `KINDS` (by default all), or another field of the run by its name; of a run of single
             pushes any of `PUSH_KINDS`.
-        episodes: The panels of fields and trajectories; by default up to six, from the first to the last. Of a
-            run of single pushes those that are drawn; by default the first six of each terrain.
-        hole: Node of the hole whose H is drawn; by default an image for each hole.
-        box: The box whose B is drawn; by default an image for each of the first six.
+        episodes: The panels of fields and trajectories; by default up to six, from the first to the last. The map
+            and the waiting are those of the last of them. Of a run of single pushes those that are drawn; by default
+            the first six of each terrain.
+        hole: Node of the hole whose H is drawn; by default an image for each hole. Only with H.
+        box: The box whose B is drawn; by default an image for each of the first six. Only with B.
         out: Where to put the images; by default `plots` in the run directory.
         kind: File format.
-        dpi: Pixels an inch.
+        dpi: Pixels an inch, 10 to 2,400.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ColonysimError: The run has no such episode, hole, box or field, or the images cannot be written.
     """
     _need_matplotlib()
+    dpi = real("dpi", dpi, *_DPI)
+    what = None if what is None else _words(what)
+    if episodes is not None:
+        episodes = wholes("episodes", episodes)
     if "evaluation" in run.manifest:
         if hole is not None or box is not None:
             raise ColonysimError("a run of single pushes has no pheromones, hence neither hole nor box to choose")
         jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
     else:
+        if episodes is not None and what is not None and set(what) <= set(_WHOLE):
+            raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
         jobs = _jobs(run, KINDS if what is None else what, _episodes(run, episodes), hole, box)
     if out is None:
         if run.path is None:
@@ -72,6 +87,13 @@ def draw(
         save(make(), path, kind, dpi)
         images.append(path)
     return images
+
+
+def _words(what: Sequence[str]) -> tuple[str, ...]:
+    words = (what,) if isinstance(what, str) else tuple(what)
+    if not words:
+        raise ColonysimError("what: expected at least one kind of image")
+    return words
 
 
 def is_training(folder: Path) -> bool:
@@ -132,14 +154,19 @@ def _jobs(
     from colonysim.plots.waiting import waiting_figure
     from colonysim.plots.workload import workload_figure
 
+    if what is not None:
+        for given, needed in ((hole, "H"), (box, "B")):
+            if given is not None and needed not in what:
+                raise ColonysimError(f"{'hole' if needed == 'H' else 'box'} {given}: only with {needed}, which is not drawn")
     scenario = run.scenario
     holes = [scenario.topology.ids[each.node] for each in scenario.holes]
-    if hole is not None and hole not in holes:
+    if hole is not None and whole("hole", hole, 0, MAX_SEED) not in holes:
         raise ColonysimError(f"no hole at node {hole}; {nearest(str(hole), map(str, holes))}")
-    if box is not None and not 0 <= box < len(scenario.boxes):
-        raise ColonysimError(f"no box {box}; the boxes are 0 to {len(scenario.boxes) - 1}")
+    if box is not None and whole("box", box, 0) >= len(scenario.boxes):
+        there = f"the boxes are 0 to {len(scenario.boxes) - 1}" if scenario.boxes else "the run has none"
+        raise ColonysimError(f"no box {box}; {there}")
     known = {*KINDS, *run.table("frames")["field"].unique().to_pylist()}
-    whole = {"episodes": results_figure, "workload": workload_figure, "fates": fates_figure}
+    of_run = dict(zip(_WHOLE, (results_figure, workload_figure, fates_figure), strict=True))
     jobs: list[tuple[str, Callable[[], Figure]]] = []
     for word in what:
         if word not in known:
@@ -150,8 +177,8 @@ def _jobs(
             jobs.append(("trajectories", lambda: trajectories_figure(run, episodes)))
         elif word == "waiting":
             jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1])))
-        elif word in whole:
-            jobs.append((word, lambda make=whole[word]: make(run)))  # type: ignore[misc]
+        elif word in of_run:
+            jobs.append((word, lambda make=of_run[word]: make(run)))  # type: ignore[misc]
         elif word == "H":
             for node in holes if hole is None else [hole]:
                 jobs.append((f"H-hole{node}", lambda node=node: hole_figure(run, node, episodes)))  # type: ignore[misc]
@@ -200,7 +227,8 @@ def save(figure: Figure, path: Path, kind: str, dpi: float = 130) -> None:
     Raises:
         ColonysimError: It cannot be written.
     """
-    # Without dates in the files the same run gives the same bytes.
-    metadata = {"png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    metadata = _METADATA.get(kind)
+    if metadata is None:
+        raise ColonysimError(f"no format {kind!r}; {nearest(str(kind), _METADATA)}")
     with replacing(path) as temporary:
         figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)

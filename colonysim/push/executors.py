@@ -6,6 +6,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from colonysim.errors import ColonysimError
 from colonysim.physics import Scene
 from colonysim.push.choosing import Choose, Testing, constant, network_chooser
 from colonysim.push.controls import Control
@@ -71,11 +72,16 @@ def make_executor(
 
     Raises:
         ModelError: The model is missing or damaged.
+        ColonysimError: Something is given that this executor would not look at: a gate, or what is the network's.
         ValueError: An unknown name.
     """
     if name not in EXECUTORS:
         raise ValueError(f"no executor {name!r}; there are {', '.join(EXECUTORS)}")
+    if gate is not None and name != "rl":
+        raise ColonysimError(f"the executor {name!r} asks no gate; only 'rl' does")
     if name == "scripted":
+        if model is not None or ticks is not None or (chooser, testing) != ("network", "greedy"):
+            raise ColonysimError("the executor 'scripted' has no network; leave out model, chooser, testing and ticks")
         scripted_settings = PushSettings(tries=tries, limit=limit)
 
         def scripted(

@@ -102,6 +102,8 @@ STUDIES = {
 """What can be reproduced, by name."""
 _STORED = "performance-bullet"
 """The study whose runs may be taken from a file."""
+_TRAINED = "push"
+"""The study that needs trainings."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,9 @@ def reproduce(
         if name not in STUDIES:
             raise ColonysimError(f"nothing to reproduce by the name {name!r}; {nearest(name, STUDIES)}")
     chosen = {name: study for name, study in STUDIES.items() if name in names or not names}
+    for given, what, needed in ((bullet, "runs on Bullet", _STORED), (trainings, "trainings", _TRAINED)):
+        if given is not None and needed not in chosen:
+            raise ColonysimError(f"{given}: stored {what} are of use to {needed!r} only, which is not asked for")
     kept = stored_on_bullet(Path(bullet)) if bullet else []
     gaps: list[str] = []
     if find_spec("pybullet") is None:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError
 from colonysim.pheromones.field import Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.simulation.episode import Episode
+from colonysim.suggest import nearest
 from colonysim.trace.rows import Rows
+from colonysim.trace.schema import EVENT_KINDS
 from colonysim.world.state import World
 
 if TYPE_CHECKING:
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
     from colonysim.trace.schema import Event, Frame, Sink
     from colonysim.world.scenario import Scenario
 
-__all__ = ["MODES", "simulate"]
+__all__ = ["MODES", "mode_of", "simulate"]
 
 MODES = ("asynchronous", "synchronous")
 
@@ -50,7 +53,7 @@ def simulate(
         policy: Name of a policy, a factory, or a policy; the scenario's own if None.
         mode: "asynchronous" or "synchronous"; the scenario's own if None.
         episodes: How many; the scenario's own number if None.
-        seed: Together with the scenario it makes the run.
+        seed: Together with the scenario it makes the run; a whole number from 0.
         sink: Takes the rows of all tables of the trace.
         initial: Pheromones to start with, by field name: the key frames of another run's episode, as they would
             have been at the start of its next one.
@@ -64,9 +67,12 @@ def simulate(
     Raises:
         ColonysimError: Something that the caller asked for does not exist or does not fit.
     """
-    mode = mode or scenario.mode
-    if mode not in MODES:
-        raise ColonysimError(f"no mode {mode!r}; expected one of {', '.join(MODES)}")
+    mode = mode_of(scenario, mode)
+    count = scenario.episodes if episodes is None else whole("episodes", episodes)
+    streams = Streams(as_seed(seed))
+    for kind in () if kinds is None else kinds:
+        if kind not in EVENT_KINDS:
+            raise ColonysimError(f"kinds: no events of kind {kind!r}; {nearest(str(kind), EVENT_KINDS)}")
     chosen = make_policy(policy, scenario)
     world = World(scenario)
     fields = chosen.fields(world)
@@ -75,13 +81,12 @@ def simulate(
     body = make_backend(backend, backend_options)
     if hasattr(body, "recording"):
         body.recording = sink is not None
-    streams = Streams(seed)
     memories: list[Any] = [None] * len(scenario.agents)
     episode: Episode | None = None
     try:
         views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
         episode = Episode(world, fields, body, chosen, views, Rows(scenario, sink, decisions, kinds))
-        for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
+        for number in range(1, count + 1):
             own = streams.within(f"episode/{number}")
             world.reset()
             body.reset(world, own)
@@ -95,9 +100,26 @@ def simulate(
         body.close()
 
 
+def mode_of(scenario: Scenario, mode: str | None) -> str:
+    """The mode that is asked for, or the scenario's own.
+
+    Raises:
+        ColonysimError: There is no such mode.
+    """
+    chosen = scenario.mode if mode is None else mode
+    if chosen not in MODES:
+        raise ColonysimError(f"no mode {chosen!r}; {nearest(str(chosen), MODES)}")
+    return chosen
+
+
 def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str, Iterable[Frame]]) -> None:
     """Puts another run's key frames into the fields; numbers of the file become indices again."""
     index = world.topology.index
+    if not fields.keys() & initial.keys():
+        names = ", ".join(fields) or "none"
+        raise ColonysimError(
+            f"pheromones {', '.join(initial)} to start with: this policy would not see them, its own are: {names}"
+        )
     hole_key = {world.topology.ids[hole.node]: key for key, hole in enumerate(world.scenario.holes)}
     for name, frames in initial.items():
         field = fields.get(name)

@@ -8,6 +8,7 @@ from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.suggest import nearest
@@ -65,6 +66,8 @@ def compare(
     Raises:
         ColonysimError: A path holds neither, there is no such column, or nothing can be compared.
     """
+    if episodes is not None:
+        episodes = as_span("episodes", episodes)
     rows = [row for path in paths for row in _rows(Path(path), episodes)]
     if not rows:
         raise ColonysimError("nothing to compare: no run or trial has finished these episodes")

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 
 from colonysim import __version__
+from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, MissingExtraError, ScenarioError
 from colonysim.plugins import make_policy
-from colonysim.world.loading import load_scenario
+from colonysim.world.loading import load_scenario, plain_data
 from colonysim.world.places import Places
 from colonysim.world.source import read_file
 
@@ -26,7 +27,8 @@ __all__ = ["Limits", "Search", "Sweep", "Trial", "found", "load_search", "load_s
 
 MAX_TRIALS = 1_000_000
 """Most trials of one sweep."""
-Number = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Seed = Annotated[int, Strict(), Field(ge=0, le=MAX_SEED)]
 
 
 class _Section(BaseModel):
@@ -51,25 +53,25 @@ class _Backend(BaseModel):
 class _Sample(_Section):
     """Settings drawn at random from ranges."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
+    count: Annotated[int, Strict(), Field(ge=1, le=MAX_TRIALS)]
     ranges: Annotated[dict[str, tuple[Number, Number]], Field(min_length=1)]
     method: Literal["uniform", "sobol"] = "uniform"
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
 
 
 class _Seeds(_Section):
     """Seeds in a row."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_TRIALS)]
-    first: Annotated[int, Field(ge=0)] = 0
+    count: Annotated[int, Strict(), Field(ge=1, le=MAX_TRIALS)]
+    first: Annotated[int, Strict(), Field(ge=0, le=MAX_SEED - MAX_TRIALS)] = 0
 
 
 class Limits(_Section):
     """What a trial may take; beyond that it has failed."""
 
-    seconds: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    seconds: Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)] | None = None
     """Of wall clock."""
-    memory_mb: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    memory_mb: Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False)] | None = None
     """Of data in its process, where the system can limit that."""
 
 
@@ -83,8 +85,8 @@ class _File(_Section):
     modes: Annotated[list[Literal["asynchronous", "synchronous"] | None], Field(min_length=1)] = [None]
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = {}
     sample: _Sample | None = None
-    seeds: Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1)] | _Seeds = [0]
-    episodes: Annotated[int, Field(ge=1)] | None = None
+    seeds: Annotated[list[Seed], Field(min_length=1)] | _Seeds = [0]
+    episodes: Annotated[int, Strict(), Field(ge=1, le=MAX_COUNT)] | None = None
     limits: Limits = Limits()
 
     @model_validator(mode="after")
@@ -205,7 +207,7 @@ def plan_sweep(document: Mapping[str, Any]) -> Sweep:
         ColonysimError: The sweep is too large.
     """
     places = Places("sweep", {})
-    return _sweep(_checked(document, places), Path(), places)
+    return _sweep(_checked(plain_data(document, "sweep"), places), Path(), places)
 
 
 def _read(path: Path) -> tuple[_File, Path, Places]:

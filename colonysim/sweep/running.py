@@ -8,7 +8,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from colonysim.arguments import whole
+from colonysim.errors import ColonysimError
 from colonysim.files import replacing
+from colonysim.suggest import nearest
 from colonysim.sweep.plan import load_sweep
 from colonysim.sweep.store import Store
 from colonysim.sweep.tables import write_tables
@@ -75,6 +78,9 @@ def run_planned(
     copy_of: Path | None = None,
 ) -> Store:
     """The same for trials that are planned already; `copy_of` is the file that they come from, if there is one."""
+    if workers is not None:
+        workers = whole("workers", workers)
+    execute = _engine(engine)
     finished = {"succeeded"} if retry_failed else {"succeeded", "failed"}
     with Store(out, write=True) as store:
         if copy_of is not None:
@@ -83,7 +89,7 @@ def run_planned(
         done, total = len(planned.trials) - len(left), len(planned.trials)
         written = 0.0
         running: dict[str, Outcome] = {}
-        outcomes = _engine(engine)(left, planned.limits, workers)
+        outcomes = execute(left, planned.limits, workers)
         try:
             for outcome in outcomes:
                 store.put(outcome)
@@ -111,6 +117,8 @@ def run_planned(
 def _engine(name: Engine) -> Callable[[Sequence[Trial], Limits, int | None], Generator[Outcome, None, None]]:
     if name == "local":
         return lambda trials, limits, workers: run_locally(trials, limits, workers or os.cpu_count() or 1)
+    if name != "ray":
+        raise ColonysimError(f"no engine {name!r}; {nearest(str(name), ('local', 'ray'))}")
     from colonysim.sweep.on_ray import run_on_ray
 
     return run_on_ray

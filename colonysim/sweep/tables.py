@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import MAX_COUNT, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.files import replacing
 from colonysim.intervals import bootstrap
@@ -114,7 +115,7 @@ def summary(
         raise ColonysimError(f"no column {unknown[0]!r}; expected one of {', '.join([*settings, 'seed'])}")
     if by is None:
         by = [name for name in settings if len({row[name] for row in rows}) > 1] or settings[:1]
-    first, last = only or (0, 10**9)
+    first, last = (1, MAX_COUNT) if only is None else as_span("episodes", only)
     played: dict[str, list[dict[str, Any]]] = {}
     for episode in episodes.to_pylist():
         if first <= episode["episode"] <= last:

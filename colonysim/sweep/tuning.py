@@ -7,8 +7,10 @@ from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, Literal
 
+from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.intervals import of_mean
+from colonysim.suggest import nearest
 from colonysim.sweep.plan import Sweep, load_search
 from colonysim.sweep.running import run_planned
 
@@ -76,11 +78,15 @@ def tune(
         MissingExtraError: Optuna is not installed.
         ColonysimError: The file is wrong, the directory cannot be used, or no trial has the episodes that count.
     """
+    if measure not in _COLUMN:
+        raise ColonysimError(f"no measure {measure!r}; {nearest(str(measure), _COLUMN)}")
+    if episodes is not None:
+        episodes = as_span("episodes", episodes)
     optuna = _optuna()
     search = load_search(file)
     study = optuna.create_study(
         direction="maximize" if measure == "success" else "minimize",
-        sampler=optuna.samplers.TPESampler(seed=search.seed),
+        sampler=optuna.samplers.TPESampler(seed=search.seed % 2**32),  # it takes 32 bits
     )
     candidates: list[Candidate] = []
     trials: dict[str, Trial] = {}

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from colonysim.arguments import as_seed, whole
 from colonysim.randomness import Streams
 from colonysim.simulation import simulate
 from colonysim.testing.promises import ConformanceError, Recorder, global_randomness, same_traces
@@ -53,8 +54,7 @@ def check_backend(
             check_backend(MyBackend)
         ```
     """
-    if episodes < 2:
-        raise ValueError("episodes must be at least 2: some faults only show in the second")
+    episodes, seed = whole("episodes", episodes, 2), as_seed(seed)
     if scenarios is None:
         scenarios = [random_scenario(number, max_agents=3) for number in WORLDS]
     for scenario in scenarios:

@@ -9,6 +9,7 @@ import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from colonysim.arguments import as_seed, whole
 from colonysim.pheromones.field import Visit, Write
 from colonysim.simulation import simulate
 from colonysim.testing.promises import ConformanceError, Recorder, frozen, global_randomness, same_traces
@@ -58,6 +59,8 @@ def check_policy(
             check_policy(MyPolicy)
         ```
     """
+    episodes, seed = whole("episodes", episodes), as_seed(seed)
+    worlds, runs = whole("worlds", worlds, 0), whole("runs", runs, 0)
     for number in range(runs):
         _check_runs(factory, random_scenario(seed + number), episodes, number)
     for number in range(worlds):

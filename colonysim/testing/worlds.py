@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import as_seed, whole
 from colonysim.world.loading import scenario_from_document
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def random_scenario(seed: int, *, max_nodes: int = 12, max_agents: int = 4, max_
         max_agents: Most agents, at least 1.
         max_holes: Most holes.
     """
+    seed = as_seed(seed)
     document = random_document(random.Random(seed), max_nodes=max_nodes, max_agents=max_agents, max_holes=max_holes)
     document["name"] = f"random-{seed}"
     return scenario_from_document(document, source=f"random_scenario({seed})")
@@ -44,6 +46,8 @@ def random_document(
         max_agents: Most agents, at least 1.
         max_holes: Most holes.
     """
+    max_nodes, max_agents = whole("max_nodes", max_nodes, 4), whole("max_agents", max_agents)
+    max_holes = whole("max_holes", max_holes, 0)
     count = rng.randint(4, max_nodes)
     ids = rng.sample(range(3 * count), count) if rng.random() < 0.3 else list(range(count))
     points = _points(rng, count)

@@ -7,6 +7,7 @@ import io
 import json
 from typing import TYPE_CHECKING, Any, Literal
 
+from colonysim.arguments import wholes
 from colonysim.errors import TraceError
 from colonysim.files import replacing
 from colonysim.suggest import nearest
@@ -32,14 +33,16 @@ def export(run: Run, table: str, kind: Kind, out: Path, episodes: Collection[int
         table: Name of the table.
         kind: "csv" (lists as numbers parted by spaces), "json" (one list of objects) or "parquet".
         out: The file; replaced in one step.
-        episodes: Only these.
+        episodes: Only these; all of them must be there.
 
     Returns:
         The number of rows.
 
     Raises:
-        TraceError: No such table, a damaged part, or the file cannot be written.
+        TraceError: No such table, format or episode, a damaged part, or the file cannot be written.
     """
+    if kind not in KINDS:
+        raise TraceError(f"no format {kind!r}; {nearest(str(kind), KINDS)}")
     rows = _rows(run, table, episodes)
     with replacing(out, TraceError) as temporary:
         if kind == "parquet":
@@ -66,10 +69,14 @@ def _rows(run: Run, table: str, episodes: Collection[int] | None) -> Any:
     rows = run.table(table)
     if episodes is None:
         return rows
+    wanted = wholes("episodes", episodes)
+    missing = sorted({*wanted} - {each.episode for each in run.episodes} - {*rows["episode"].to_pylist()})
+    if missing:
+        raise TraceError(f"no episode {missing[0]} in this run; {len(run.episodes)} are complete")
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    return rows.filter(pc.is_in(rows["episode"], pa.array(sorted(episodes), type=pa.int64())))
+    return rows.filter(pc.is_in(rows["episode"], pa.array(sorted(wanted), type=pa.int64())))
 
 
 def _text(rows: Any, kind: Kind) -> str:

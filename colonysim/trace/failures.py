@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from colonysim.arguments import wholes
 from colonysim.errors import TraceError
 from colonysim.intervals import wilson
 
@@ -120,6 +121,8 @@ def attempts(run: Run, episodes: Collection[int] | None = None) -> Attempts:
     Raises:
         TraceError: The run has none of one of these episodes, a damaged part, or no trace.
     """
+    if episodes is not None:
+        episodes = wholes("episodes", episodes)
     begun: dict[int, None] = {}
     ends = []
     for event in run.events():

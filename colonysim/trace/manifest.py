@@ -11,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import plain, shown
 from colonysim.errors import TraceError
 from colonysim.files import replace_file
 from colonysim.trace.schema import VERSION
@@ -36,12 +37,15 @@ def _versions() -> dict[str, str]:
 
 
 def _plain(value: Any) -> Any:
-    """The same value in types that JSON knows."""
+    """The same value in types that JSON knows; of anything else what it looks like."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple, set, frozenset)):
-        return [_plain(item) for item in (sorted(value) if isinstance(value, (set, frozenset)) else value)]
-    return str(value) if isinstance(value, Path) else value
+        return [_plain(item) for item in (sorted(value, key=str) if isinstance(value, (set, frozenset)) else value)]
+    value = plain(value)
+    if value is None or isinstance(value, (bool, int, float, str, list)):
+        return value
+    return str(value) if isinstance(value, Path) else shown(value)
 
 
 def _now() -> str:

@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+from colonysim.arguments import whole
 from colonysim.errors import TraceError
 from colonysim.trace.manifest import read_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
@@ -108,13 +109,20 @@ class Run:
         table = self.table(name)
         if episode is None:
             return table
+        episode = whole("episode", episode)
         import pyarrow.compute as pc
 
         return table.filter(pc.equal(table["episode"], episode))
 
     def events(self, episode: int | None = None) -> Iterator[Event]:
-        """What happened, in order; of one episode if given."""
+        """What happened, in order; of one episode if given, which need not be complete.
+
+        Raises:
+            TraceError: The run has no such episode.
+        """
         table = self._of_episode("events", episode)
+        if not len(table):
+            self._complete(episode)
         for batch in table.to_batches(max_chunksize=4096):
             columns = [batch.column(name).to_pylist() for name in Event._fields]
             yield from map(Event._make, zip(*columns, strict=True))
@@ -158,6 +166,7 @@ class Run:
             raise TraceError(f"{self.path}: no episode of this run is complete")
         if episode is None:
             return numbers[-1]
+        episode = whole("episode", episode)
         if episode not in numbers:
             raise TraceError(f"no episode {episode} in this run; it has {numbers[0]} to {numbers[-1]}")
         return episode

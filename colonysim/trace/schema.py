@@ -14,10 +14,13 @@ if TYPE_CHECKING:
     from colonysim.trace.packing import Codes, Packed
 
 __all__ = [
-    "TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink", "Table", "Tap",
+    "EVENT_KINDS", "TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink",
+    "Table", "Tap",
 ]  # fmt: skip
 
 VERSION = 1
+EVENT_KINDS = ("start", "end", "wait", "goal", "spent", "lost", "episode")
+"""The kinds of an `Event`."""
 
 Column: TypeAlias = Literal["int", "float", "text", "bool", "ints", "floats"]
 Table: TypeAlias = Literal["events", "decisions", "deposits", "poses", "controls", "frames", "episodes"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from colonysim.arguments import real, whole, wholes
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import replacing
 
@@ -20,6 +21,8 @@ SIZES = {".mp4": (960, 720), ".gif": (480, 360)}
 """The endings that can be written, and the size in pixels if none is asked for."""
 _SMALLEST, _LARGEST = 160, 4096
 _MOST_FRAMES = 36_000
+_FASTEST = 50
+"""Frames a second; players of GIF show no more."""
 
 
 def write_video(
@@ -40,7 +43,7 @@ def write_video(
         out: The file to write; its ending says what it becomes, MP4 (H.264) or GIF.
         episode: Which; None for the last one that is complete.
         seconds: Length of the video; the episode is played faster or slower to fit.
-        fps: Frames a second.
+        fps: Frames a second, at most 50.
         size: Width and height in pixels; None for what `SIZES` says.
         overwrite: Whether a file that is there already may be replaced.
         progress: Is told after each frame how many are done, and of how many.
@@ -55,11 +58,11 @@ def write_video(
         raise ColonysimError(f"{path}: a video ends in {' or '.join(SIZES)}")
     if path.exists() and not overwrite:
         raise ColonysimError(f"{path}: exists already; it is not overwritten")
-    width, height = size or SIZES[ending]
-    if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
-        raise ColonysimError(f"a video of {width}x{height} cannot be made; {_SMALLEST} to {_LARGEST} pixels each way")
+    width, height = _size(size or SIZES[ending])
     if ending == ".mp4" and (width % 2 or height % 2):
         raise ColonysimError(f"an MP4 of {width}x{height} cannot be made: width and height must be even")
+    fps = whole("fps", fps, 1, _FASTEST)
+    seconds = real("seconds", seconds, 0.0, 1e9)
     if not 1 <= round(seconds * fps) <= _MOST_FRAMES:
         raise ColonysimError(f"{seconds:g} s with {fps} frames a second: a video has 1 to {_MOST_FRAMES} frames")
     result = _result(run, episode)
@@ -73,11 +76,20 @@ def write_video(
     return path
 
 
+def _size(size: tuple[int, int]) -> tuple[int, int]:
+    pixels = wholes("size", size)
+    if len(pixels) != 2 or not all(_SMALLEST <= number <= _LARGEST for number in pixels):
+        shown = "x".join(map(str, pixels))
+        raise ColonysimError(f"a video of {shown} cannot be made; expected {_SMALLEST} to {_LARGEST} pixels each way")
+    return pixels[0], pixels[1]
+
+
 def _result(run: Run, episode: int | None) -> EpisodeResult:
     if not run.episodes:
         raise TraceError(f"{run.path}: no episode of this run is complete, so there is nothing to show yet")
     if episode is None:
         return run.episodes[-1]
+    episode = whole("episode", episode)
     for result in run.episodes:
         if result.episode == episode:
             return result

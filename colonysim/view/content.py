@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from colonysim.arguments import wholes
 from colonysim.errors import TraceError
 from colonysim.view.bodies import add_bodies, boxes_after
 from colonysim.view.columns import Columns
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from colonysim.view.marks import Mark
     from colonysim.world.scenario import Scenario
 
-__all__ = ["add_rows", "gather", "introduce"]
+__all__ = ["add_rows", "chosen_episodes", "gather", "introduce"]
 
 _CHANCE = 10_000
 """Probabilities are kept as parts of ten thousand."""
@@ -39,7 +40,7 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
         TraceError: The run kept no trace, is one of single pushes, or lacks an episode.
     """
     scenario = run.scenario
-    chosen = _chosen(run, episodes)
+    chosen = chosen_episodes(run, episodes)
     block = introduce(run)
     block.head["episodes"] = [list(each[:6]) for each in run.episodes if each.episode in set(chosen)]
     fields = Fields(scenario, run.manifest["policy"])
@@ -94,14 +95,20 @@ def add_rows(
     add_bodies(block, scenario, poses, episodes)
 
 
-def _chosen(run: Run, episodes: Sequence[int] | None) -> list[int]:
+def chosen_episodes(run: Run, episodes: Sequence[int] | None) -> list[int]:
+    """The episodes that are asked for, in order, each once; None for all that are complete.
+
+    Raises:
+        TraceError: The run lacks one of them, or no episode is complete.
+    """
     complete = [result.episode for result in run.episodes]
     if not complete:
         raise TraceError(f"{run.path}: no episode of this run is complete, so there is nothing to show yet")
-    for number in episodes or ():
+    chosen = complete if episodes is None else wholes("episodes", episodes)
+    for number in chosen:
         if number not in complete:
             raise TraceError(f"no episode {number} in this run; it has {complete[0]} to {complete[-1]}")
-    return sorted(set(episodes)) if episodes else complete
+    return sorted(set(chosen))
 
 
 class _Nodes:

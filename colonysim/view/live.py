@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
+from colonysim.arguments import whole
 from colonysim.view.content import introduce
 from colonysim.view.feed import Feed
 from colonysim.view.page import page
@@ -41,7 +42,7 @@ class Live:
     """
 
     def __init__(self, port: int = 0) -> None:
-        self._server = Server(port)
+        self._server = Server(whole("port", port, 0, 65535))
         self._feed: Feed | None = None
         self.address = self._server.address
 

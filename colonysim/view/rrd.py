@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from colonysim.backends.layout import lay_out
-from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.errors import MissingExtraError
 from colonysim.files import replacing
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
+from colonysim.view.content import chosen_episodes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,9 +50,8 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
         raise MissingExtraError(
             "a Rerun recording needs rerun-sdk, which is not installed: pip install 'colonysim[rerun]'"
         ) from None
-    results = [each for each in run.episodes if episodes is None or each.episode in set(episodes)]
-    if not results:
-        raise ColonysimError(f"{run.path}: no such complete episode, so there is nothing to record")
+    wanted = chosen_episodes(run, episodes)
+    results = [each for each in run.episodes if each.episode in wanted]
     stream = rerun.RecordingStream("colonysim", recording_id=str(run.trace_sha256 or run.path), send_properties=False)
     with replacing(out) as temporary:
         stream.save(temporary)

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError
-from colonysim.world.generate import doors, draw_some, rooms
+from colonysim.suggest import nearest
+from colonysim.world.generate import MAX_NODES, doors, draw_some
+from colonysim.world.loading import scenario_from_document
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Kind", "invent", "to_yaml"]
+    from colonysim.world.scenario import Scenario
+
+__all__ = ["KINDS", "Kind", "invent", "to_yaml"]
 
 Kind = Literal["grid", "rooms", "platforms", "geometric"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+_SIZE = 6
+_SMALLEST = {"rooms": 2, "platforms": 5}
+"""Least nodes along each side of a room or platform; of a platform less would leave no way round its boxes."""
 
 CELL = 4
 """Side of the squares that level ground is divided into; what stands on the inner four nodes leaves a way round."""
@@ -30,15 +39,15 @@ def invent(
     *,
     columns: int = 3,
     rows: int = 3,
-    size: int = 6,
+    size: int | None = None,
     holes: int = 0,
     spare: int = 0,
-    depth: int = 1,
+    depth: int | None = None,
     agents: int = 4,
     crowded: bool = False,
     seed: int = 0,
 ) -> dict[str, Any]:
-    """A scenario document.
+    """A scenario document that was checked as a file would be.
 
     Each door between two platforms is a hole, and has its boxes on the platform that is reached first: one after the
     other can be opened, in any order where holes are one box deep. Holes and boxes of the other kinds are in
@@ -49,58 +58,70 @@ def invent(
             "geometric": nodes strewn at random, without holes.
         columns: Nodes along x; of rooms and platforms, how many along x.
         rows: Nodes along y; of rooms and platforms, how many along y.
-        size: Nodes along each side of a room or platform.
+        size: Nodes along each side of a room or platform, at least 2 or 5; 6 by default. Of the other kinds none.
         holes: How many; platforms have one at each door instead.
         spare: Boxes besides those that the holes need.
-        depth: Boxes that fill a hole.
+        depth: Boxes that fill a hole; 1 by default. Not where there are no holes.
         agents: How many; on platforms they start on the first.
         crowded: Whether they start in one corner, as close together as there is room.
         seed: Makes the world.
 
     Raises:
-        ColonysimError: It does not fit.
+        ColonysimError: It does not fit, or something is asked for that this kind of world does not have.
 
     Example:
         >>> invent("platforms", columns=2, rows=1, size=5)["holes"]
         [{'node': 27, 'depth': 1.0}]
     """
-    if min(columns, rows, size, depth, agents) < 1 or min(holes, spare) < 0:
-        raise ColonysimError("columns, rows, size, depth and agents are at least 1, holes and spare boxes at least 0")
+    if kind not in KINDS:
+        raise ColonysimError(f"no kind {kind!r} of world; {nearest(str(kind), KINDS)}")
+    columns, rows, agents, seed = whole("columns", columns), whole("rows", rows), whole("agents", agents), as_seed(seed)
+    holes, spare = whole("holes", holes, 0), whole("spare", spare, 0)
     if kind == "geometric" and (holes or spare):
         raise ColonysimError("a geometric world is made without holes and boxes; expected grid, rooms or platforms")
     if kind == "platforms" and holes:
         raise ColonysimError("the holes of platforms are their doors, one between each two; leave their number out")
-    walled = kind in ("rooms", "platforms")
-    width, height = (columns * (size + 1) - 1, rows * (size + 1) - 1) if walled else (columns, rows)
+    walled = kind in _SMALLEST
+    if size is not None and not walled:
+        raise ColonysimError(f"size: rooms and platforms have one, a {kind} world is as large as its columns and rows")
+    side = whole("size", _SIZE if size is None else size, _SMALLEST.get(kind, 1))
+    width, height = (columns * (side + 1) - 1, rows * (side + 1) - 1) if walled else (columns, rows)
+    if width * height > MAX_NODES:
+        raise ColonysimError(f"{width} x {height} nodes are {width * height}, expected at most {MAX_NODES}")
+    pitted = columns * rows > 1 if kind == "platforms" else holes > 0
+    if depth is not None and not pitted:
+        raise ColonysimError(f"depth {depth}: there are no holes in this world")
+    filling = whole("depth", 1 if depth is None else depth)
     topology: dict[str, Any] = {"kind": "rooms" if walled else kind, "columns": columns, "rows": rows}
     stands: Stands = ([], [])
     if walled:
-        topology |= {"size": size, "seed": seed}
+        topology |= {"size": side, "seed": seed}
     if kind == "geometric":
         topology = {"kind": kind, "nodes": columns * rows, "radius": 1.6, "apart": 0.5, "seed": seed}
         topology |= {"width": float(columns), "height": float(rows)}
     elif kind == "platforms":
-        stands = _bridged(columns, rows, size, depth, spare, seed)
+        stands = _bridged(columns, rows, side, filling, spare, seed)
     else:
-        cells = _cells(size, size, width, columns, rows) if walled else _cells(width, height, width, 1, 1)
-        stands = _strewn(cells, width, holes, spare, depth, seed)
-    goal = width * height - 1
+        cells = _cells(side, side, width, columns, rows) if walled else _cells(width, height, width, 1, 1)
+        stands = _strewn(cells, width, holes, spare, filling, seed)
     crowd: dict[str, Any] = {"count": agents, "seed": seed}
     if kind == "platforms":
-        crowd["within"] = [0, 0, size - 1, size - 1]
-    elif crowded:
-        walls = rooms(columns, rows, size, 1.0, seed)[1] if walled else ()
-        side = _corner(agents, width, height, {*stands[0], *stands[1], *walls, goal})
-        crowd["within"] = [0, 0, side, side]
-    return {
+        crowd["within"] = [0, 0, side - 1, side - 1]
+    document = {
         "name": f"{kind}-{columns}x{rows}-s{seed}",
         "topology": topology,
-        "holes": [{"node": node, "depth": depth * HEIGHT} for node in stands[0]],
+        "holes": [{"node": node, "depth": filling * HEIGHT} for node in stands[0]],
         "boxes": [[node, HEIGHT] for node in stands[1]],
         "agents": crowd,
-        "goal": goal,
+        "goal": width * height - 1,
         "max_steps": 50 + 6 * (width + height),
     }
+    scenario = scenario_from_document(document, source=document["name"])
+    if crowded:
+        corner = _corner(scenario)
+        crowd["within"] = [0, 0, corner, corner]
+        scenario_from_document(document, source=document["name"])
+    return document
 
 
 def _cells(width: int, height: int, row_length: int, columns: int, rows: int) -> list[int]:
@@ -144,8 +165,6 @@ def _bridged(columns: int, rows: int, size: int, depth: int, spare: int, seed: i
     One stands right before the door, further ones in the middle of the platform; no two touch, so that none of them
     cuts a platform in two.
     """
-    if size < 5:
-        raise ColonysimError(f"a platform needs a size of at least 5, not {size}")
     width = columns * (size + 1) - 1
     gates = doors(columns, rows, size, seed)
     around: dict[int, list[tuple[int, int]]] = {}
@@ -163,7 +182,7 @@ def _bridged(columns: int, rows: int, size: int, depth: int, spare: int, seed: i
                 waiting.append(other)
     boxes: list[int] = []
     for (a, b), door in gates.items():
-        inwards = 1 if b == a + 1 else width
+        inwards = 1 if a // columns == b // columns else width
         first = a if order[a] < order[b] else b
         boxes.append(door - inwards if first == a else door + inwards)
         boxes += [_taken(middles[first], size) for _ in range(depth - 1)]
@@ -188,15 +207,12 @@ def _taken(nodes: list[int], size: int) -> int:
     return nodes.pop()
 
 
-def _corner(agents: int, width: int, height: int, taken: set[int]) -> int:
-    """The largest x and y of the smallest square in the corner at (0, 0) that has room for all agents."""
-    free = 0
-    for side in range(max(width, height)):
-        border = {(side, y) for y in range(side + 1)} | {(x, side) for x in range(side)}
-        free += sum(x < width and y < height and y * width + x not in taken for x, y in border)
-        if free >= agents:
-            return side
-    raise ColonysimError(f"there is room for {free} agents, not for {agents}")
+def _corner(scenario: Scenario) -> float:
+    """The side of the smallest square in the corner at (0, 0) that has room for all agents, graph units."""
+    x, y = scenario.topology.x, scenario.topology.y
+    taken = {scenario.goal, *(hole.node for hole in scenario.holes), *(box.node for box in scenario.boxes)}
+    free = sorted(max(x[node], y[node]) for node in range(len(x)) if node not in taken)
+    return free[len(scenario.agents) - 1]
 
 
 def to_yaml(document: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import os
@@ -10,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from colonysim.arguments import plain
 from colonysim.errors import ScenarioError
 from colonysim.world.assemble import assemble
 from colonysim.world.complaints import unknown_field
@@ -26,7 +28,7 @@ from colonysim.world.source import (
     read_text,
 )
 
-__all__ = ["list_scenarios", "load_scenario", "scenario_from_document", "variant_names"]
+__all__ = ["list_scenarios", "load_scenario", "plain_data", "scenario_from_document", "variant_names"]
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
@@ -73,7 +75,7 @@ def scenario_from_document(
     Raises:
         ScenarioError: As for `load_scenario`, without line and column.
     """
-    draft = _Draft(_plain(document, source), {}, source)
+    draft = _Draft(plain_data(document, source), {}, source)
     draft.take_variants(variant)
     draft.override(overrides or ())
     return draft.scenario()
@@ -152,9 +154,14 @@ def _shown(path: Path) -> str:
     return printable(shown, len(shown))
 
 
-def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
-    """A deep copy as plain, finite data; tuples become lists."""
+def plain_data(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
+    """A deep copy as plain, finite data; tuples and arrays become lists, numbers of NumPy those of Python.
+
+    Raises:
+        ScenarioError: Something in it is neither mapping, list, text, finite number, true, false nor null.
+    """
     where = f"{source}: {path}" if path else source
+    value = plain(value)
     if value is None or isinstance(value, bool):
         return value
     if isinstance(value, str):
@@ -177,9 +184,9 @@ def _plain(value: Any, source: str, path: str = "", depth: int = 0) -> Any:
             if not isinstance(key, str):
                 raise ScenarioError(f"{where}: a key is a value of type {type(key).__name__}, expected text")
             _check_path(f"{stem}{key}", source)
-        return {key: _plain(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
+        return {key: plain_data(item, source, f"{stem}{key}", depth + 1) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
+        return [plain_data(item, source, f"{stem}{n}", depth + 1) for n, item in enumerate(value)]
     raise ScenarioError(
         f"{where}: {type(value).__name__} is not allowed, expected mappings, lists, text, numbers, true, false or null"
     )
@@ -201,6 +208,7 @@ class _Draft:
         self._positions = positions
         self._source = source
         self._overrides: dict[str, str] = {}
+        self._variant: str | None = None
         self._spell_out()
 
     def take_variants(self, variant: str | None) -> tuple[str, ...]:
@@ -226,6 +234,7 @@ class _Draft:
             offered = f"expected one of {some}" if variants else "the scenario has none"
             near = nearest_word(variant, variants)
             raise ScenarioError(f"{self._source}: no variant '{printable(variant)}', {offered}{near}")
+        self._variant = variant
         self._merge(self.document, variants[variant] or {}, "", f"variants.{variant}")
         self._spell_out()
         return tuple(variants)
@@ -235,8 +244,8 @@ class _Draft:
         pairs: list[tuple[str, Any, str]] = []
         if isinstance(overrides, Mapping):
             for path, value in overrides.items():
-                plain = _plain(value, f"--set {printable(str(path))}=...")
-                pairs.append((str(path), plain, printable(f"--set {path}={plain}")))
+                given = plain_data(value, f"--set {printable(str(path))}=...")
+                pairs.append((str(path), given, printable(f"--set {path}={given}")))
         else:
             for text in [overrides] if isinstance(overrides, str) else overrides:
                 path, equals, value = text.partition("=")
@@ -244,7 +253,7 @@ class _Draft:
                 if not equals or not path.strip():
                     raise ScenarioError(f"{shown}: expected FIELD=VALUE, for example policy.beta=2")
                 read, _ = read_text(value, shown, places=False)
-                pairs.append((path.strip(), _plain(read, shown), shown))
+                pairs.append((path.strip(), plain_data(read, shown), shown))
         for path, value, shown in pairs:
             self._set(path, value, shown)
             self._spell_out()
@@ -256,7 +265,7 @@ class _Draft:
             if isinstance(section, dict):
                 for name in [name for name, value in section.items() if value is None]:
                     del section[name]
-        return assemble(self.document, self._places)
+        return dataclasses.replace(assemble(self.document, self._places), variant=self._variant)
 
     @property
     def _places(self) -> Places:

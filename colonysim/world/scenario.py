@@ -90,6 +90,7 @@ class Scenario:
         source: Where it came from, for messages: a path or a name.
         positions: Line and column (from 1) of each field of the file, by dotted path ("policy.beta", "boxes.2").
         overrides: For each field set from outside the file, how that was said ("--set policy.beta=2").
+        variant: The variant of the file that it is; None for the file as it stands.
     """
 
     name: str
@@ -116,6 +117,12 @@ class Scenario:
     source: str = "<scenario>"
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     overrides: Mapping[str, str] = field(default_factory=dict)
+    variant: str | None = None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The fields set from outside the file, by dotted path, with the values that they have; null for none."""
+        return {path: _found(self.document, path) for path in self.overrides}
 
     def __repr__(self) -> str:
         return (
@@ -126,3 +133,10 @@ class Scenario:
     def fault(self, path: str, message: str) -> ScenarioError:
         """An error that says where in the file `path` stands, or what stands nearest above it."""
         return Places(self.source, self.positions, self.overrides).fault(path, message)
+
+
+def _found(document: Any, path: str) -> Any:
+    """What stands at a path; None if nothing does, as null takes a field away."""
+    for part in path.split("."):
+        document = document[int(part)] if isinstance(document, (list, tuple)) else (document or {}).get(part)
+    return document

@@ -7,6 +7,7 @@ from faulty_backends import FAULTS
 
 from colonysim.backends.mock import Mock
 from colonysim.backends.nodeworld import NodeWorld
+from colonysim.errors import ColonysimError
 from colonysim.testing import ConformanceError, check_backend, random_scenario
 from colonysim.world.intents import Outcome
 
@@ -38,5 +39,5 @@ def test_a_broken_promise_is_named(factory, promise):
 
 
 def test_one_episode_is_not_enough():
-    with pytest.raises(ValueError, match="at least 2"):
+    with pytest.raises(ColonysimError, match="from 2 to"):
         check_backend(Mock, episodes=1)

@@ -36,6 +36,13 @@ class Watched(Stigmergy):
         return super().begin(agent, memory)
 
 
+class Loaded(Watched):
+    """Stops the run right before the first episode, when its fields hold what was loaded."""
+
+    def begin(self, agent, memory):
+        raise KeyboardInterrupt
+
+
 def test_pheromones_and_epsilon_persist_and_everything_else_begins_anew():
     scenario = load_scenario("medium")
     policy = Watched(scenario)
@@ -64,8 +71,9 @@ def test_a_fresh_memory_keeps_only_the_chance_to_explore():
 def test_a_run_from_another_s_pheromones_begins_as_its_next_episode_would(tmp_path, preset):
     scenario = load_scenario("medium", None, {"policy.preset": preset})
     first = colonysim.run(scenario, episodes=3, seed=1, out=tmp_path / "first")
-    watched = Watched(scenario)
-    colonysim.run(scenario, episodes=0, policy=watched, initial=first, trace=False)
+    watched = Loaded(scenario)
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.run(scenario, policy=watched, initial=first, trace=False)
     holes = [scenario.topology.ids[hole.node] for hole in scenario.holes]
     least = min(first.field("E").values()) if len(first.field("E")) == len(scenario.topology) else 0.0
     after = {  # what the end of an episode does
@@ -129,4 +137,8 @@ def test_frames_of_another_map_are_refused():
     for frame in (Frame(1, "D", 77, -1, 3.0), Frame(1, "H", 0, 5, 0.5)):
         with pytest.raises(ColonysimError, match="no such node"):
             play(scenario, initial={frame.field: [frame]})
-    play(scenario, initial={"unknown": [Frame(1, "unknown", 99, -1, 1.0)]}, episodes=1)
+    unknown = {"unknown": [Frame(1, "unknown", 99, -1, 1.0)]}
+    play(scenario, initial={"D": [Frame(1, "D", 0, -1, 3.0)], **unknown}, episodes=1)
+    for policy in (None, "random"):
+        with pytest.raises(ColonysimError, match="unknown to start with: this policy would not see them"):
+            play(scenario, initial=unknown, policy=policy, episodes=1)

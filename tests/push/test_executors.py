@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from colonysim.errors import ColonysimError
 from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain
 from colonysim.push.executors import EXECUTORS, ExecutorName, make_executor
 from colonysim.push.feasibility import load_feasibility
@@ -123,7 +124,7 @@ def test_evaluation_reports_an_interval_for_each_terrain() -> None:
     assert flat["episodes"] == 2
     assert 0.0 <= flat["success_low"] <= flat["success"] <= flat["success_high"] <= 1.0
     assert flat["reward_mean"] > 0
-    with pytest.raises(ValueError, match="episodes is 0"):
+    with pytest.raises(ColonysimError, match="episodes: 0"):
         evaluate_push("rl", episodes=0)
     with pytest.raises(ValueError, match="no executor 'magic'"):
         evaluate_push("magic", episodes=1)  # type: ignore[arg-type]

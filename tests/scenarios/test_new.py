@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import random
 from collections import deque
 
 import pytest
+from typer.testing import CliRunner
 
 import colonysim
+from colonysim.cli import app
 from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.world.intents import BoxPlace, Outcome, Push
 from colonysim.world.invent import invent, to_yaml
@@ -134,17 +137,114 @@ def test_a_crowd_is_drawn_from_free_nodes_within_its_borders():
 @pytest.mark.parametrize(
     ("wanted", "message"),
     [
-        ({"kind": "platforms", "size": 4}, "at least 5, not 4"),
+        ({"kind": "platforms", "size": 4}, "size: 4, expected a whole number from 5"),
         ({"kind": "platforms", "holes": 2}, "are their doors"),
         ({"kind": "platforms", "size": 5, "depth": 3}, "no room for so many boxes"),
         ({"kind": "platforms", "spare": 500}, "room for 9 spare boxes"),
         ({"kind": "grid", "columns": 8, "rows": 8, "holes": 5}, "need 5 squares"),
         ({"kind": "grid", "columns": 8, "rows": 8, "holes": 1, "depth": 4}, "at most 3 boxes deep"),
-        ({"kind": "grid", "agents": 12, "crowded": True}, "room for 8 agents"),
+        ({"kind": "grid", "agents": 12, "crowded": True}, "12 agents, but only 8 nodes are free"),
         ({"kind": "geometric", "holes": 1}, "without holes"),
-        ({"kind": "grid", "columns": 0}, "at least 1"),
+        ({"kind": "grid", "size": 5}, "rooms and platforms have one"),
+        ({"kind": "grid", "depth": 2}, "there are no holes"),
+        ({"kind": "platforms", "columns": 1, "rows": 1, "depth": 2}, "there are no holes"),
+        ({"kind": "grid", "columns": 1, "rows": 1, "agents": 1}, "only 0 nodes are free"),
+        ({"kind": "platforms", "agents": 99, "crowded": True}, "within these borders"),
+        ({"kind": "grid", "columns": 10**9, "rows": 10**9}, "expected at most 2000000"),
+        ({"kind": "platforms", "columns": 10**9, "rows": 10**9, "size": 10**9}, "expected at most 2000000"),
+        ({"kind": "swamp"}, "no kind 'swamp'"),
+        ({"kind": "grid", "seed": 10**18}, "seed: 1000000000000000000"),
+        ({"kind": "grid", "columns": 2.5}, "columns: 2.5"),
+        ({"kind": "grid", "columns": 0}, "columns: 0, expected a whole number from 1"),
     ],
 )
 def test_what_does_not_fit_is_refused(wanted, message):
     with pytest.raises(ColonysimError, match=message):
         invent(**wanted)
+
+
+def calls(rng):
+    """A random call of `colonysim new`, most often for a small world, as its options."""
+    kind = rng.choice(("grid", "rooms", "platforms", "geometric"))
+    walled, few = kind in ("rooms", "platforms"), (1, 1, 2, 2, 3, 3, 4, 5, 6, 8, 12)
+    options = {"columns": rng.choice(few), "rows": rng.choice(few), "agents": rng.choice((1, 1, 2, 3, 4, 7, 20, 60))}
+    options["seed"] = rng.choice((0, 1, rng.randrange(10**6), 10**18 - 1))
+    for name, chance, values in (
+        ("size", 0.6 if walled else 0.05, (1, 2, 3, 4, 5, 5, 6, 7, 9)),
+        ("holes", 0.5 if kind in ("grid", "rooms") else 0.08, (1, 1, 2, 3, 6)),
+        ("spare", 0.35, (1, 2, 5, 9)),
+        ("depth", 0.3, (1, 2, 3, 4)),
+        (rng.choice(("columns", "rows", "size", "holes", "spare", "depth", "agents", "seed")), 0.1,
+         (0, -1, 10**4, 10**9, 10**18)),
+    ):  # fmt: skip
+        if rng.random() < chance:
+            options[name] = rng.choice(values)
+    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    return [kind, *words, *(["--crowded"] if rng.random() < 0.3 else [])]
+
+
+def check_a_call(number, folder):
+    """One call: refused with one message, or the file is valid and can be solved; whether it was accepted."""
+    words, file = calls(random.Random(number)), folder / f"{number}.yaml"
+    made = CliRunner().invoke(app, ["new", *words, "-o", str(file)])
+    shown = f"{' '.join(words)}: {made.output}"
+    if made.exit_code:
+        assert made.exit_code == 2 and not made.stdout and made.stderr.count("Error") == 1, shown
+        assert made.stderr.startswith("Error: ") == (made.stderr.count("\n") == 1), shown
+        assert not list(folder.iterdir()), shown
+        return False
+    checked = CliRunner().invoke(app, ["validate", str(file)])
+    assert checked.exit_code == 0 and ": valid: " in checked.stdout, f"{shown} {checked.output}"
+    scenario = load_scenario(file)
+    assert len(scenario.topology) > 300 or solve(scenario), shown
+    file.unlink()
+    return True
+
+
+def test_a_random_call_is_refused_or_writes_a_world_that_is_valid_and_can_be_solved(tmp_path):
+    accepted = sum(check_a_call(number, tmp_path) for number in range(30))
+    assert 5 < accepted < 25
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", range(0, 3000, 300))
+def test_thousands_of_random_calls(start, tmp_path):
+    assert 60 < sum(check_a_call(number, tmp_path) for number in range(start, start + 300)) < 270
+
+
+def check_a_trial(number, folder):
+    """Whether a call made a small world; then a colony has to solve it within three runs."""
+    file = folder / f"{number}.yaml"
+    if CliRunner().invoke(app, ["new", *calls(random.Random(number)), "-o", str(file)]).exit_code:
+        return False
+    scenario = load_scenario(file)
+    if len(scenario.topology) > 150 or len(scenario.agents) > 30:
+        return False
+    runs = (colonysim.run(scenario, episodes=15, seed=seed, trace=False) for seed in range(3))
+    assert any(episode.success == 1.0 for run in runs for episode in run.episodes), file.read_text()
+    return True
+
+
+def test_a_colony_solves_random_new_worlds(tmp_path):
+    assert sum(check_a_trial(number, tmp_path) for number in range(3000, 3012)) >= 2
+
+
+@pytest.mark.slow
+def test_a_colony_solves_many_random_new_worlds(tmp_path):
+    assert sum(check_a_trial(number, tmp_path) for number in range(3000, 3400)) >= 50
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("columns", "rows"), [(1, 3), (3, 1), (1, 2), (2, 1)])
+def test_platforms_in_a_line_have_each_box_between_its_door_and_the_platform_that_is_reached_first(columns, rows, seed):
+    scenario = colonysim.scenario_from_document(invent("platforms", columns=columns, rows=rows, size=5, seed=seed))
+    for hole, box in zip(scenario.holes, scenario.boxes, strict=True):
+        assert box.node in scenario.topology.neighbours[hole.node]
+    assert solve(scenario)
+
+
+def test_a_file_that_is_there_is_not_overwritten(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("mine")
+    made = CliRunner().invoke(app, ["new", "grid", "-o", str(file)])
+    assert made.exit_code == 2 and "exists already" in made.stderr and file.read_text() == "mine"

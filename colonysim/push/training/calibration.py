@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim import __version__
+from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.intervals import wilson
 from colonysim.push.cards import load_model, save_model
@@ -141,6 +142,7 @@ def train_way_chance(
         ColonysimError: The log was made with another seed or network.
         ValueError: Too few ways: all pushes of a fold ended alike.
     """
+    seed, ways = as_seed(seed), whole("ways", ways)
     logged = gather_ways(Path(out_dir) / "ways.jsonl", seed, model=model, ways=ways, on_progress=on_progress)
     fitted = fit_way_chance(logged)
     card = {

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from colonysim.arguments import as_seed, whole
 from colonysim.intervals import wilson
 from colonysim.physics import BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
 from colonysim.push.executors import Executor
@@ -161,6 +162,7 @@ def evaluate_chains(
         those tried), `pushes_mean`, `seconds_mean`, `error_median` and `error_p95` of the nodes (metres),
         and `reasons`.
     """
+    chains, nodes, seed = whole("chains", chains), whole("nodes", nodes), as_seed(seed)
     played: list[PlayedChain] = []
     for i in range(chains):
         rng = episode_rng(purpose, seed, 100, i)

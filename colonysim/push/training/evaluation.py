@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from colonysim.arguments import as_seed, whole
 from colonysim.intervals import wilson
 from colonysim.physics import Scene
 from colonysim.push.choosing import Testing
@@ -108,10 +109,10 @@ def evaluate_push(
 
     Raises:
         ModelError: The model is missing or damaged.
-        ValueError: An unknown name, or no episodes.
+        ColonysimError: No episodes, or a setting of the network for `scripted`, which has none.
+        ValueError: An unknown name.
     """
-    if episodes < 1:
-        raise ValueError(f"episodes is {episodes}, expected at least 1")
+    episodes, seed, tries = whole("episodes", episodes), as_seed(seed), whole("tries", tries)
     executor = make_executor(push, model=model, chooser=chooser, testing=testing, ticks=ticks, tries=tries)
     found: dict[str, dict[str, Any]] = {}
     for kind in terrains:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim import __version__
+from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.push.cards import load_model, save_model
 from colonysim.push.choosing import network_chooser
@@ -166,6 +167,8 @@ def train_feasibility(
         raise MissingExtraError(
             f"training the classifier needs scikit-learn ({error}): pip install 'colonysim[train]'"
         ) from error
+    seed, states = as_seed(seed), whole("states", states)
+    trees, depth = whole("trees", trees), whole("depth", depth)
     data = gather_states(seed, model=model, states=states, starts=starts, on_progress=on_progress)
     weights = data.weights
 

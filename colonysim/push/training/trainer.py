@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim import __version__
+from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.files import replace_file
 from colonysim.push.cards import ModelError, load_arrays, save_arrays, save_model
@@ -117,7 +118,9 @@ def train_push(
         if config not in PRESETS:
             raise ValueError(f"no preset {config!r}; there are {', '.join(PRESETS)}")
         config = PRESETS[config]
-    run = _Run(config, Path(out_dir), seed)
+    if stop_after_blocks is not None:
+        stop_after_blocks = whole("stop_after_blocks", stop_after_blocks, 0)
+    run = _Run(config, Path(out_dir), as_seed(seed))
     if resume:
         run.restore()
     blocks = 0
