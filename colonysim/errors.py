@@ -21,3 +21,7 @@ class PluginError(ColonysimError):
 
 class TraceError(ColonysimError):
     """A run directory that cannot be read or written."""
+
+
+class ColonysimWarning(UserWarning):
+    """What a user should know though the work goes on; the command line prints the message alone."""

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.plugins import make_backend, make_policy
+from colonysim.processes import refuse_rerun
+from colonysim.provenance import parts_of
 from colonysim.simulation import MODES, simulate
 from colonysim.suggest import nearest
 from colonysim.trace.manifest import begin_manifest, prepare_directory
@@ -80,6 +82,7 @@ def run(
         print([episode.steps for episode in run.episodes], run.path)
         ```
     """
+    refuse_rerun()
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, variant, overrides)
     # Whatever is wrong with the request is found before a directory is made for it.
@@ -105,11 +108,10 @@ def run(
             "initial": initial.path if isinstance(initial, Run) else initial,
         },
     )
-    directory = None
     if trace:
-        directory = prepare_directory(
-            None if out is None else Path(out), scenario.name, variant, manifest["backend"], seed
-        )
+        named = policy if policy is not None else scenario.policy
+        manifest["sources"] = parts_of(named, backend, scenario.parameters, backend_options)
+    directory = prepare_directory(None if out is None else Path(out), manifest) if trace else None
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
     writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
     recorded = Run(directory, manifest, writer.results)

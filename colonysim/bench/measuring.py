@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import random
 import statistics
 import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from colonysim.bench.cases import CASES, SEED, Case
+from colonysim.processes import results
 from colonysim.recording import run
 from colonysim.simulation import simulate
 from colonysim.simulation.yardstick import timeouts_per_second
@@ -75,11 +74,12 @@ def measure(name: str, rounds: int = 5) -> Figures:
         name: One of `CASES`.
         rounds: How often; medians are what counts.
     """
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(_measure, name, rounds).result()
+    [(_, figures)] = results(_measure, [(name, rounds)], 1)
+    return figures  # type: ignore[no-any-return]
 
 
-def _measure(name: str, rounds: int) -> Figures:
+def _measure(task: tuple[str, int]) -> Figures:
+    name, rounds = task
     case = CASES[name]
     began = time.perf_counter()
     scenario = case.make()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import typer
@@ -28,7 +29,7 @@ from colonysim.cli import (
     video,
     view,
 )
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, ColonysimWarning
 
 __all__ = ["app", "main"]
 
@@ -47,7 +48,10 @@ class Door(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Runs the command that was asked for."""
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.simplefilter("always", ColonysimWarning)
+                warnings.showwarning = _show_warning
+                return super().invoke(ctx)
         except ColonysimError as error:
             typer.echo(f"Error: {error}", err=True)
             raise SystemExit(error.exit_code) from None
@@ -59,6 +63,14 @@ class Door(TyperGroup):
         """In the order in which one needs them."""
         del ctx
         return list(self.commands)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
+    """Ours without the place in the code; it is about the user's files."""
+    if issubclass(category, ColonysimWarning):
+        typer.echo(f"Warning: {message}", err=True)
+    else:
+        typer.echo(warnings.formatwarning(message, category, *where[:2]), err=True, nl=False)
 
 
 app = typer.Typer(

@@ -1,4 +1,4 @@
-"""How far a long command has come: a bar with the time left, on standard error."""
+"""How far a long command has come, with the time left, on standard error: a bar, or in a file a line now and then."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ __all__ = ["Bar"]
 PATIENCE = 2.0
 """Seconds of wall clock before the bar shows."""
 _PAUSE = 0.1
+LINES_EVERY = 30.0
+"""Seconds of wall clock between two lines where there is no terminal; from ten times that on a tenth of the time so far."""
 
 
 class Bar:
-    """A progress bar that appears after two seconds; on a terminal only. Lines go above it.
+    """A progress bar that appears after two seconds; where there is no terminal, plain lines. Lines go above it.
 
     Example:
         ```python
@@ -48,12 +50,17 @@ class Bar:
     def line(self, text: str) -> None:
         """A line on standard error, above the bar."""
         if not self._quiet:
-            self._console.print(text, markup=False)
+            self._console.print(text, markup=False, soft_wrap=True)
 
     def move(self, done: float) -> None:
         """Says how much of the total is done; cheap enough to be called for every event."""
         now = time.monotonic()
-        if self._quiet or now - self._moved < _PAUSE or not self._console.is_terminal:
+        if self._quiet or now - self._moved < _PAUSE:
+            return
+        if not self._console.is_terminal:
+            if now - self._moved >= max(LINES_EVERY, 0.1 * (now - self._begun)):
+                self._moved = now
+                self.line(f"{self._title}: {_so_far(done, self._total, now - self._begun)}")
             return
         self._moved = now
         if self._progress is None:
@@ -82,13 +89,24 @@ class _Shown:
         self._progress.start()
 
     def update(self, done: float) -> None:
-        share = min(done / self._total, 1.0) if self._total else 1.0
-        spent = time.monotonic() - self._begun
-        left = f", {_clock(spent / share - spent)} left" if share > 0.001 else ""
-        self._progress.update(self._task, completed=done, clock=_clock(spent) + left)
+        self._progress.update(self._task, completed=done, clock=_times(done, self._total, time.monotonic() - self._begun))
 
     def stop(self) -> None:
         self._progress.stop()
+
+
+def _so_far(done: float, total: float, spent: float) -> str:
+    return f"{_share(done, total):.0%}, {_times(done, total, spent)}"
+
+
+def _times(done: float, total: float, spent: float) -> str:
+    """How long it has taken, and how long it will still take."""
+    share = _share(done, total)
+    return _clock(spent) + (f", {_clock(spent / share - spent)} left" if share > 0.001 else "")
+
+
+def _share(done: float, total: float) -> float:
+    return min(done / total, 1.0) if total else 1.0
 
 
 def _clock(seconds: float) -> str:
