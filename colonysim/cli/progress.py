@@ -16,7 +16,7 @@ PATIENCE = 2.0
 """Seconds of wall clock before the bar shows."""
 _PAUSE = 0.1
 LINES_EVERY = 30.0
-"""Seconds of wall clock between two lines where there is no terminal; from ten times that on a tenth of the time so far."""
+"""Least seconds of wall clock between two lines where there is no terminal; longer once this is a tenth of them all."""
 
 
 class Bar:
@@ -89,7 +89,8 @@ class _Shown:
         self._progress.start()
 
     def update(self, done: float) -> None:
-        self._progress.update(self._task, completed=done, clock=_times(done, self._total, time.monotonic() - self._begun))
+        spent = time.monotonic() - self._begun
+        self._progress.update(self._task, completed=done, clock=_times(done, self._total, spent))
 
     def stop(self) -> None:
         self._progress.stop()

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from colonysim import __version__
 from colonysim.errors import MissingExtraError
+from colonysim.files import alone
 from colonysim.push.cards import ModelError, load_arrays, replace_file, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
@@ -109,6 +110,7 @@ def train_push(
 
     Raises:
         MissingExtraError: torch is not installed.
+        ColonysimError: Another process is training in `out_dir`.
         ModelError: The checkpoint belongs to another configuration or seed.
         ValueError: There is no such preset.
     """
@@ -116,19 +118,20 @@ def train_push(
         if config not in PRESETS:
             raise ValueError(f"no preset {config!r}; there are {', '.join(PRESETS)}")
         config = PRESETS[config]
-    run = _Run(config, Path(out_dir), seed)
-    if resume:
-        run.restore()
-    blocks = 0
-    while not run.finished:
-        if stop_after_blocks is not None and blocks >= stop_after_blocks:
-            return None
-        run.block()
-        run.save()
-        blocks += 1
-        if on_progress is not None:
-            on_progress(run.history[-1])
-    return run.finish(name)
+    with alone(Path(out_dir), "is training there"):
+        run = _Run(config, Path(out_dir), seed)
+        if resume:
+            run.restore()
+        blocks = 0
+        while not run.finished:
+            if stop_after_blocks is not None and blocks >= stop_after_blocks:
+                return None
+            run.block()
+            run.save()
+            blocks += 1
+            if on_progress is not None:
+                on_progress(run.history[-1])
+        return run.finish(name)
 
 
 class _Run:
