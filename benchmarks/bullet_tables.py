@@ -9,16 +9,17 @@ took on the same map.
 """
 
 import argparse
-import json
 import os
 import random
 import statistics
 import sys
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
+
+from colonysim.jsonlines import append_line, read_lines, warn_of
+from colonysim.processes import results
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results" / "bullet.jsonl"
 PAPER = {
@@ -51,10 +52,11 @@ def scenario_of(name: str, overrides: dict[str, Any] | None = None) -> Any:
     return load_scenario(base, variant or None, overrides)
 
 
-def measure(name: str, push: str, seed: int, episodes: int) -> dict[str, Any]:
-    """One run on Bullet: its episodes, durations by edge, and failures by reason."""
+def measure(task: tuple[str, str, int, int]) -> dict[str, Any]:
+    """One run on Bullet (map, push, seed, episodes): its episodes, durations by edge, and failures by reason."""
     from colonysim.simulation import simulate
 
+    name, push, seed, episodes = task
     scenario, sink, began = scenario_of(name), Episodes(), time.perf_counter()
     failures: Counter[str] = Counter()
     travels: dict[str, list[float]] = {}
@@ -85,16 +87,9 @@ def measure(name: str, push: str, seed: int, episodes: int) -> dict[str, Any]:
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    return [json.loads(line) for line in path.read_text().splitlines() if line]
-
-
-def append(path: Path, row: dict[str, Any]) -> None:
-    """The whole file under a temporary name, then renamed: a killed evaluation loses at most the runs under way."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    old = path.read_text() if path.exists() else ""
-    part.write_text(old + json.dumps(row) + "\n")
-    part.replace(path)
+    rows, faults = read_lines(path, lambda row: None if {"map", "push", "seed", "episodes"} <= row.keys() else "no run")
+    warn_of(path, faults, "these runs are made again")
+    return rows
 
 
 def interval(by_seed: list[float], draws: int = 2000) -> tuple[float, float]:
@@ -143,19 +138,16 @@ def run(options: argparse.Namespace) -> None:
         if (name, push, seed) not in done
     ]
     print(f"{len(wanted)} runs of {options.episodes} episodes to go, {len(done)} done", file=sys.stderr, flush=True)
-    with ProcessPoolExecutor(options.workers) as pool:
-        tasks = {pool.submit(measure, *key, options.episodes): key for key in wanted}
-        for task in as_completed(tasks):
-            row = task.result()
-            append(options.results, row)
-            late = row["episodes"][10:] or row["episodes"]
-            print(
-                f"{row['map']} {row['push']} seed {row['seed']}: "
-                f"success {statistics.fmean(e['success'] for e in late):.3f}, "
-                f"steps {statistics.fmean(e['steps'] for e in late):.1f} in the later half, "
-                f"{row['wall_seconds']:.0f} s; {row['failures']}",
-                file=sys.stderr, flush=True,
-            )  # fmt: skip
+    for _, row in results(measure, [(*key, options.episodes) for key in wanted], options.workers):
+        append_line(options.results, row)
+        late = row["episodes"][10:] or row["episodes"]
+        print(
+            f"{row['map']} {row['push']} seed {row['seed']}: "
+            f"success {statistics.fmean(e['success'] for e in late):.3f}, "
+            f"steps {statistics.fmean(e['steps'] for e in late):.1f} in the later half, "
+            f"{row['wall_seconds']:.0f} s; {row['failures']}",
+            file=sys.stderr, flush=True,
+        )  # fmt: skip
 
 
 def table(options: argparse.Namespace) -> None:

@@ -9,13 +9,13 @@ maps are run without the pushes that their files forbid by hand (`no_push=[]`), 
 """
 
 import argparse
-import json
 import math
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from colonysim.intervals import wilson
+from colonysim.jsonlines import append_line, read_lines, warn_of
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results" / "feasibility.jsonl"
 ESTIMATES = ("geometry", "geometry of the way", "way", "forest")
@@ -76,13 +76,17 @@ def run(given: argparse.Namespace) -> None:
                 if (Path(name).stem, given.set, estimate, seed) in done:
                     continue
                 row = measure(name, given.set, estimate, seed, given.episodes)
-                with RESULTS.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
+                append_line(RESULTS, row)
                 print(line([row]), flush=True)
 
 
 def read() -> list[dict[str, Any]]:
-    return [json.loads(text) for text in RESULTS.read_text(encoding="utf-8").splitlines()] if RESULTS.exists() else []
+    if not RESULTS.exists():
+        return []
+    names = {"map", "set", "feasibility", "seed", "episodes"}
+    rows, faults = read_lines(RESULTS, lambda row: None if names <= row.keys() else "no run")
+    warn_of(RESULTS, faults, "these runs are made again")
+    return rows
 
 
 def line(rows: list[dict[str, Any]]) -> str:

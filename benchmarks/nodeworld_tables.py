@@ -12,11 +12,11 @@ from __future__ import annotations
 import argparse
 import random
 import statistics
-from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from typing import NamedTuple
 
 from colonysim import load_scenario, simulate
+from colonysim.processes import results
 
 MAPS = [("sanity", None), ("easy", None), ("medium", None), ("hard", "r20-4"), ("hard", "r5-4"), ("hard", "r5-6")]
 LATE = 21
@@ -50,14 +50,14 @@ class Figure(NamedTuple):
 def play(job: Job) -> list[tuple[int, float]]:
     """Steps and success of each episode."""
     scenario = load_scenario(job.name, job.variant, job.overrides)
-    results, arrived = [], 0
+    played, arrived = [], 0
     for event in simulate(scenario, policy=job.policy, episodes=job.episodes, seed=job.seed):
         if event.kind == "goal":
             arrived += 1
         elif event.kind == "episode":
-            results.append((event.step, arrived / len(scenario.agents)))
+            played.append((event.step, arrived / len(scenario.agents)))
             arrived = 0
-    return results
+    return played
 
 
 def bootstrap(values: list[float], draws: int = 4000) -> Figure:
@@ -81,8 +81,7 @@ def main() -> None:
         Job(name, variant, policy, seed, args.episodes, overrides)
         for (name, variant), policy, seed in product(MAPS, ("colony", "paper"), seeds)
     ]
-    with ProcessPoolExecutor(args.workers) as pool:
-        runs = dict(zip(jobs, pool.map(play, jobs, chunksize=4), strict=True))
+    runs = dict(results(play, jobs, args.workers))
     late = f"episodes {LATE}-{args.episodes}"
     print(f"| map | preset | steps, all {args.episodes} | success, all | steps, {late} | success, {late} | the paper |")
     print("|---|---|---|---|---|---|---|")

@@ -16,16 +16,15 @@ compares equals.
 
 import argparse
 import dataclasses
-import json
 import os
 import statistics
 import time
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from colonysim.files import replace_file
+from colonysim.jsonlines import append_line, read_lines, warn_of
+from colonysim.processes import results
 from colonysim.push.task import Kind
 from colonysim.push.training.evaluation import evaluate_push
 from colonysim.push.training.presets import PRESETS, TrainingConfig
@@ -68,8 +67,9 @@ def config_of(setting: str, base: str, episodes: int) -> TrainingConfig:
     return config
 
 
-def measure(setting: str, base: str, episodes: int, seed: int, pushes: int, work: Path) -> dict[str, Any]:
-    """One training, taken up where it was left, and the pushes after it."""
+def measure(task: tuple[str, str, int, int, int, Path]) -> dict[str, Any]:
+    """One training (setting, base, episodes, seed, pushes, work), taken up where it was left, and the pushes after it."""
+    setting, base, episodes, seed, pushes, work = task
     began = time.process_time()
     config = config_of(setting, base, episodes)
     folder = work / f"{base}-{episodes}-{setting.replace(' ', '-')}-{seed}"
@@ -91,12 +91,10 @@ def measure(setting: str, base: str, episodes: int, seed: int, pushes: int, work
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line]
-
-
-def append(path: Path, row: dict[str, Any]) -> None:
-    old = path.read_text(encoding="utf-8") if path.exists() else ""
-    replace_file(path, (old + json.dumps(row) + "\n").encode())
+    names = {"setting", "base", "episodes", "seed"}
+    rows, faults = read_lines(path, lambda row: None if names <= row.keys() else "no training")
+    warn_of(path, faults, "these trainings are made again")
+    return rows
 
 
 def unit(row: dict[str, Any]) -> tuple[str, str, int, int]:
@@ -110,12 +108,10 @@ def run(given: argparse.Namespace) -> None:
     left = [one for one in wanted if one not in done]
     print(f"{len(left)} of {len(wanted)} trainings to do", flush=True)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    with ProcessPoolExecutor(given.workers, max_tasks_per_child=1) as pool:
-        jobs = [pool.submit(measure, *one, given.pushes, given.work) for one in left]
-        for job in as_completed(jobs):
-            row = job.result()
-            append(given.results, row)
-            print(f"{row['setting']} seed {row['seed']}: {row['pushed']}, {row['cpu_seconds']} s", flush=True)
+    tasks = [(*one, given.pushes, given.work) for one in left]
+    for _, row in results(measure, tasks, given.workers, fresh=True):
+        append_line(given.results, row)
+        print(f"{row['setting']} seed {row['seed']}: {row['pushed']}, {row['cpu_seconds']} s", flush=True)
 
 
 def spread(values: Iterable[float]) -> str:

@@ -16,7 +16,6 @@ stable-baselines3 is no dependency of this package: `pip install stable-baseline
 
 import argparse
 import dataclasses
-import json
 import time
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from colonysim.files import replace_file
+from colonysim.jsonlines import append_line, read_lines, warn_of
 from colonysim.push.cards import save_model
 from colonysim.push.network import INPUTS, encode
 from colonysim.push.training.env import PushEnv
@@ -128,14 +127,18 @@ def main() -> None:
     parser.add_argument("--work", type=Path, default=Path("runs/push-sb3"))
     parser.add_argument("--out", type=Path, default=Path("docs/results/push_sb3.jsonl"))
     given = parser.parse_args()
-    rows = [json.loads(line) for line in given.out.read_text().splitlines()] if given.out.exists() else []
+    names = {"row", "actions", "seed"}
+    rows, faults = [], {}
+    if given.out.exists():
+        rows, faults = read_lines(given.out, lambda row: None if names <= row.keys() else "no training")
+    warn_of(given.out, faults, "these trainings are made again")
     done = {(r["row"], r["actions"], r["seed"]) for r in rows}
     for seed in given.seeds:
         for name in given.rows:
             if (name, given.actions, seed) not in done:
-                rows.append(measure(name, given.actions, seed, given.pushes, given.work))
-                replace_file(given.out, "".join(json.dumps(r) + "\n" for r in rows).encode())
-                print(rows[-1], flush=True)
+                row = measure(name, given.actions, seed, given.pushes, given.work)
+                append_line(given.out, row)
+                print(row, flush=True)
 
 
 if __name__ == "__main__":

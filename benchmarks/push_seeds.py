@@ -12,7 +12,6 @@ import argparse
 import json
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from statistics import fmean
@@ -21,6 +20,7 @@ from typing import Any
 from push_pits import into_pits
 
 from colonysim.files import replace_file
+from colonysim.processes import results
 from colonysim.push.cards import load_model, save_model
 from colonysim.push.executors import ExecutorName
 from colonysim.push.training.evaluation import evaluate_push
@@ -31,8 +31,9 @@ TUNING_SEED = 20
 PUSHES: tuple[ExecutorName, ...] = ("rl", "staged")
 
 
-def measure(seed: int, pushes: int, work: Path) -> dict[str, Any]:
-    """Train one seed and push with it; the row is kept beside the network."""
+def measure(task: tuple[int, int, Path]) -> dict[str, Any]:
+    """Train one seed and push with it so often; the row is kept beside the network."""
+    seed, pushes, work = task
     folder = work / f"s{seed}"
     if (folder / "tuning.json").exists():
         kept: dict[str, Any] = json.loads((folder / "tuning.json").read_text(encoding="utf-8"))
@@ -84,10 +85,11 @@ def main() -> None:
     given = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     rows = []
-    with ProcessPoolExecutor(given.workers, max_tasks_per_child=1) as pool:
-        for job in [pool.submit(measure, seed, given.pushes, given.work) for seed in given.seeds]:
-            rows.append(job.result())
-            print(rows[-1], flush=True)
+    tasks = [(seed, given.pushes, given.work) for seed in given.seeds]
+    for _, row in results(measure, tasks, given.workers, fresh=True):
+        rows.append(row)
+        print(row, flush=True)
+    rows.sort(key=lambda row: given.seeds.index(row["seed"]))
     print(f"best: seed {best_of(rows)['seed']}")
     if given.ship is not None:
         ship(rows, given.work, given.ship)

@@ -23,6 +23,10 @@ class TraceError(ColonysimError):
     """A run directory that cannot be read or written."""
 
 
+class ColonysimWarning(UserWarning):
+    """What a user should know though the work goes on; the command line prints the message alone."""
+
+
 class Stopped(KeyboardInterrupt):
     """Somebody or something asked the command to end: Ctrl-C, SIGTERM, a terminal that was closed.
 

@@ -55,8 +55,18 @@ def student(values: Sequence[float]) -> tuple[float, float]:
     return fmean(values) - half, fmean(values) + half
 
 
-def of_mean(values: Sequence[float], resamples: int = 2000) -> tuple[float, float] | None:
-    """The 95 % interval of a mean: by bootstrap from 8 values on, Student's for fewer, None for one or none."""
+def of_mean(
+    values: Sequence[float], resamples: int = 2000, within: tuple[float, float] | None = None
+) -> tuple[float, float] | None:
+    """The 95 % interval of a mean: by bootstrap from 8 values on, Student's for fewer, None for one or none.
+
+    Args:
+        values: What the mean is of.
+        resamples: Of the bootstrap.
+        within: What the values can be at all, such as (0, 1) for shares and (-1, 1) for differences of shares. Their
+            mean cannot be beyond, so that an interval that is cut off there holds it as surely.
+    """
     if len(values) < 2:
         return None
-    return bootstrap(values, resamples) if len(values) >= FEWEST else student(values)
+    low, high = bootstrap(values, resamples) if len(values) >= FEWEST else student(values)
+    return (low, high) if within is None else (max(low, within[0]), min(high, within[1]))

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.plugins import make_backend, make_policy
+from colonysim.processes import refuse_rerun
+from colonysim.provenance import parts_of
 from colonysim.simulation import mode_of, simulate
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
@@ -82,6 +84,7 @@ def run(
         print([episode.steps for episode in run.episodes], run.path)
         ```
     """
+    refuse_rerun()
     # Whatever is wrong with the request is found before a directory is made for it.
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, variant, overrides)
@@ -115,9 +118,9 @@ def run(
     )
     directory, made = None, _absent(Path("runs") if out is None else Path(out))
     if trace:
-        directory = prepare_directory(
-            None if out is None else Path(out), scenario.name, scenario.variant, manifest["backend"], seed
-        )
+        named = policy if policy is not None else scenario.policy
+        manifest["sources"] = parts_of(named, backend, scenario.parameters, backend_options)
+        directory = prepare_directory(None if out is None else Path(out), manifest)
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
     writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
     recorded = Run(directory, manifest, writer.results)

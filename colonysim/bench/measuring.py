@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import random
 import statistics
 import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING
 from colonysim.arguments import whole
 from colonysim.bench.cases import CASES, SEED, Case
 from colonysim.errors import ColonysimError
+from colonysim.processes import results
 from colonysim.recording import run
 from colonysim.simulation import simulate
 from colonysim.simulation.yardstick import timeouts_per_second
@@ -84,11 +83,12 @@ def measure(name: str, rounds: int = 5) -> Figures:
     rounds = whole("rounds", rounds)
     if name not in CASES:
         raise ColonysimError(f"no case {name!r}; {nearest(str(name), CASES)}")
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(_measure, name, rounds).result()
+    [(_, figures)] = results(_measure, [(name, rounds)], 1)
+    return figures  # type: ignore[no-any-return]
 
 
-def _measure(name: str, rounds: int) -> Figures:
+def _measure(task: tuple[str, int]) -> Figures:
+    name, rounds = task
     case = CASES[name]
     began = time.perf_counter()
     scenario = case.make()

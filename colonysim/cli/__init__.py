@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import Any
 
 import typer
@@ -32,7 +33,7 @@ from colonysim.cli import (
 from colonysim.cli.console import print_result, say
 from colonysim.cli.stopping import told_when_stopped
 from colonysim.cli.streams import guard
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, ColonysimWarning
 
 __all__ = ["app", "main"]
 
@@ -64,13 +65,23 @@ class Door(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Runs the command that was asked for."""
-        with told_when_stopped(lambda: "Interrupted."):
+        with told_when_stopped(lambda: "Interrupted."), warnings.catch_warnings():
+            warnings.simplefilter("always", ColonysimWarning)
+            warnings.showwarning = _show_warning
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """In the order in which one needs them."""
         del ctx
         return list(self.commands)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
+    """Ours without the place in the code; it is about the user's files."""
+    if issubclass(category, ColonysimWarning):
+        typer.echo(f"Warning: {message}", err=True)
+    else:
+        typer.echo(warnings.formatwarning(message, category, *where[:2]), err=True, nl=False)
 
 
 app = typer.Typer(

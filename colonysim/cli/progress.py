@@ -20,7 +20,6 @@ BETWEEN_LINES = 10.0
 """Least seconds of wall clock between two lines where there is no bar; more once that is under a tenth of the time."""
 _PAUSE = 0.1
 
-
 class Bar:
     """A progress bar that appears after two seconds; where no terminal is, a line now and then. Lines go above it.
 

@@ -89,7 +89,7 @@ class PushRecorder:
         self._last: tuple[float, Pose, Pose] | None = None
         self._recorded = True
         self._manifest = manifest
-        self._writer = TraceWriter(prepare_directory(directory, "push", None, "bullet", seed), manifest)
+        self._writer = TraceWriter(prepare_directory(directory, manifest), manifest)
 
     def begin(self, kind: Kind, number: int) -> None:
         """A push is about to begin."""

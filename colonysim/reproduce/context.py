@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from colonysim.reproduce.document import Picture, Table, Text
-from colonysim.reproduce.judging import Figure, Verdict, direction
+from colonysim.reproduce.judging import WITHIN, Figure, Verdict, direction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -90,8 +90,8 @@ class Context:
             for label, more in groups:
                 where = {**claim.where, **more}
                 one, other = self.evidence.pairs({**where, **claim.of}, {**where, **claim.than}, claim.measure, span)
-                verdict = direction(one, other, claim.expected)
-                sides = [_shown(values, digits) for values in (one, other)]
+                verdict = direction(one, other, claim.expected, WITHIN.get(claim.measure))
+                sides = [_shown(values, claim.measure, digits) for values in (one, other)]
                 word = self.judge(study, claim.says, label, verdict, digits)
                 difference = verdict.difference.shown(digits, sign=True) if verdict.difference else "-"
                 what = f"{claim.measure}{f', episodes {late[0]}-{late[1]}' if claim.late else ''}"
@@ -109,6 +109,6 @@ def _settings(settings: Mapping[str, Any]) -> str:
     return ", ".join(f"`{name.removeprefix('policy.')}` {value}" for name, value in settings.items())
 
 
-def _shown(values: Sequence[float], digits: int) -> str:
-    figure = Figure.of(values)
+def _shown(values: Sequence[float], measure: str, digits: int) -> str:
+    figure = Figure.of(values, WITHIN.get(measure))
     return figure.shown(digits) if figure else "-"

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
+from math import isfinite
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.errors import ColonysimError
+from colonysim.jsonlines import described, read_lines
 from colonysim.sweep.tables import EPISODE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+    from pathlib import Path
 
     from colonysim.sweep import Store, Trial
 
-__all__ = ["Evidence", "Measured", "found_by", "read_lines", "stored_on_bullet"]
+__all__ = ["Evidence", "Measured", "found_by", "stored_lines", "stored_on_bullet"]
 
 Measure = Literal["steps", "success", "sim_seconds"]
 
@@ -102,34 +103,77 @@ def found_by(trials: Iterable[Trial], store: Store) -> tuple[list[Measured], lis
     return measured, missing
 
 
-def stored_on_bullet(path: Path) -> list[Measured]:
+def stored_on_bullet(path: Path) -> tuple[list[Measured], list[str]]:
     """Runs on Bullet that `benchmarks/bullet_tables.py` has stored: preset `colony`, several executors.
+
+    Returns:
+        The runs, and what is wrong with the lines that are damaged: nothing, or one text.
 
     Raises:
         ColonysimError: The file cannot be read, or is none of these.
     """
+    rows, gaps = stored_lines(
+        path, {"map": str, "push": str, "seed": int, "episodes": [_EPISODE]}, ("map", "push", "seed"),
+        "runs on Bullet as benchmarks/bullet_tables.py stores them",
+    )  # fmt: skip
     measured = []
-    for row in read_lines(path):
-        try:
-            name, _, variant = row["map"].partition(":")
-            settings = {
-                "scenario": name, "variant": variant or ("r20-4" if name == "hard" else None), "backend": "bullet",
-                "policy": "colony", "mode": "asynchronous", "backend.push": row["push"],
-            }  # fmt: skip
-            episodes = tuple({"episode": number, **episode} for number, episode in enumerate(row["episodes"], 1))
-            measured.append(Measured(settings, {}, row["seed"], episodes))
-        except (KeyError, TypeError, AttributeError) as error:
-            raise ColonysimError(f"{path}: not runs on Bullet as benchmarks/bullet_tables.py stores them") from error
-    return measured
+    for row in rows:
+        name, _, variant = row["map"].partition(":")
+        settings = {
+            "scenario": name, "variant": variant or ("r20-4" if name == "hard" else None), "backend": "bullet",
+            "policy": "colony", "mode": "asynchronous", "backend.push": row["push"],
+        }  # fmt: skip
+        episodes = tuple({"episode": number, **episode} for number, episode in enumerate(row["episodes"], 1))
+        measured.append(Measured(settings, {}, row["seed"], episodes))
+    return measured, gaps
 
 
-def read_lines(path: Path) -> list[dict[str, Any]]:
-    """The rows of a file with a JSON object a line.
+_EPISODE = {"steps": int, "success": float, "ended": str, "sim_seconds": float, "seated": int}
+
+
+def stored_lines(
+    path: Path, form: Mapping[str, Any], key: tuple[str, ...], what: str
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """The rows of a file of results, and what is wrong with the lines that are damaged: nothing, or one text.
+
+    Args:
+        path: The file, a JSON object a line.
+        form: What a row holds: types, or forms of types as `_fits` knows them.
+        key: Names of the values by which a row is told from the others.
+        what: What the file should hold, for messages.
 
     Raises:
-        ColonysimError: It cannot be read.
+        ColonysimError: The file cannot be read, or no line of it is whole.
     """
-    try:
-        return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except (OSError, ValueError) as error:
-        raise ColonysimError(f"{path}: cannot be read: {error}") from error
+    seen: set[tuple[Any, ...]] = set()
+
+    def fault_of(row: dict[str, Any]) -> str | None:
+        wrong = next((name for name, part in form.items() if not _fits(row.get(name), part)), None)
+        if wrong is not None:
+            return f"its {wrong!r} is missing or not as it was written"
+        named = tuple(row[name] for name in key)
+        if named in seen:
+            return f"it is there twice ({', '.join(map(str, named))})"
+        seen.add(named)
+        return None
+
+    rows, faults = read_lines(path, fault_of)
+    if faults and not rows:
+        raise ColonysimError(f"{path}: not {what}: {described(path, faults)}")
+    return rows, [f"{described(path, faults)}; left out"] if faults else []
+
+
+def _fits(value: Any, form: Any) -> bool:
+    """Whether a value is of a type (whole numbers are floats too), a list of what fits, or a mapping with such values.
+
+    A tuple stands for a list of as many values.
+    """
+    if isinstance(form, list):
+        return isinstance(value, list) and all(_fits(item, form[0]) for item in value)
+    if isinstance(form, tuple):
+        return isinstance(value, list) and len(value) == len(form) and all(map(_fits, value, form))
+    if isinstance(form, dict):
+        return isinstance(value, dict) and all(_fits(value.get(name), part) for name, part in form.items())
+    if form is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+    return isinstance(value, form) and not isinstance(value, bool)

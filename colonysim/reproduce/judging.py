@@ -12,7 +12,7 @@ from colonysim.intervals import of_mean
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["RULE", "WORDS", "Expected", "Figure", "Reported", "Verdict", "direction", "level", "share"]
+__all__ = ["RULE", "WITHIN", "WORDS", "Expected", "Figure", "Reported", "Verdict", "direction", "level", "share"]
 
 Expected = Literal["more", "less", "same"]
 Word = Literal["agrees", "better", "disagrees", "undecided"]
@@ -22,6 +22,8 @@ NEGLIGIBLE = 0.10
 """A difference within this share of the two means' average is none worth the name."""
 COARSE = {"steps": 0.25, "success": 0.10, "reward": 1.0}
 """Half of an interval wider than this says nothing; of steps relative to the paper's figure."""
+WITHIN = {"success": (0.0, 1.0)}
+"""What a measure can be at all."""
 
 RULE = f"""\
 Intervals are of 95 %: over seeds, since the episodes of a run depend on each other; by bootstrap (2,000 resamples) from
@@ -65,9 +67,7 @@ class Figure:
         """The mean of values, None of none; `within` is what they can be at all."""
         if not values:
             return None
-        low, high = of_mean(values) or (None, None)
-        if within is not None and low is not None and high is not None:
-            low, high = max(low, within[0]), min(high, within[1])
+        low, high = of_mean(values, within=within) or (None, None)
         return cls(fmean(values), low, high, len(values))
 
     def shown(self, digits: int, sign: bool = False) -> str:
@@ -129,20 +129,26 @@ def level(ours: Figure | None, paper: Reported, measure: str) -> Verdict:
     return Verdict("agrees" if (high - low) / 2.0 <= widest else "undecided", found)
 
 
-def direction(one: Sequence[float], other: Sequence[float], expected: Expected) -> Verdict:
-    """Whether `one` is more than, less than or the same as `other`, value by value of the same seed."""
-    found = Figure.of([a - b for a, b in zip(one, other, strict=True)])
+def direction(
+    one: Sequence[float], other: Sequence[float], expected: Expected, within: tuple[float, float] | None = None
+) -> Verdict:
+    """Whether `one` is more than, less than or the same as `other`, value by value of the same seed.
+
+    `within` is what the values can be at all.
+    """
+    widest = None if within is None else (within[0] - within[1], within[1] - within[0])
+    found = Figure.of([a - b for a, b in zip(one, other, strict=True)], widest)
     if found is None or found.low is None or found.high is None:
         return Verdict("undecided", found)
     slack = NEGLIGIBLE * abs(fmean(one) + fmean(other)) / 2.0
-    within = -slack <= found.low and found.high <= slack
+    negligible = -slack <= found.low and found.high <= slack
     if expected == "same":
         outside = found.low > slack or found.high < -slack
-        return Verdict("agrees" if within else "disagrees" if outside else "undecided", found)
+        return Verdict("agrees" if negligible else "disagrees" if outside else "undecided", found)
     claimed, against = found.low > 0.0, found.high < 0.0
     if expected == "less":
         claimed, against = against, claimed
-    return Verdict("agrees" if claimed else "disagrees" if against or within else "undecided", found)
+    return Verdict("agrees" if claimed else "disagrees" if against or negligible else "undecided", found)
 
 
 def share(low: float, high: float) -> Word:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim import __version__
 from colonysim.errors import ColonysimError
-from colonysim.files import replace_file
+from colonysim.files import alone, replace_file
+from colonysim.processes import refuse_unguarded
 from colonysim.reproduce import plans
 from colonysim.reproduce.context import Context
 from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown
@@ -21,7 +22,7 @@ from colonysim.reproduce.push import Trainings
 from colonysim.reproduce.push_study import push_part
 from colonysim.reproduce.studies import ablation_part, asynchrony_part, bullet_part, drawings_part, nodeworld_part
 from colonysim.suggest import nearest
-from colonysim.sweep import run_planned
+from colonysim.sweep import Store, run_planned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -149,6 +150,7 @@ def reproduce(
     Raises:
         ColonysimError: There is no such study, something needed is not installed, or a file cannot be read or written.
     """
+    refuse_unguarded()
     out = Path(out)
     for name in names:
         if name not in STUDIES:
@@ -157,36 +159,38 @@ def reproduce(
     for given, what, needed in ((bullet, "runs on Bullet", _STORED), (trainings, "trainings", _TRAINED)):
         if given is not None and needed not in chosen:
             raise ColonysimError(f"{given}: stored {what} are of use to {needed!r} only, which is not asked for")
-    kept = stored_on_bullet(Path(bullet)) if bullet else []
-    gaps: list[str] = []
+    kept, gaps = stored_on_bullet(Path(bullet)) if bullet else ([], [])
+    source = Path(trainings) if trainings else stored("push_ablation.jsonl")
+    trained, damaged = Trainings.read(source) if source else (None, [])
+    gaps += damaged
     if find_spec("pybullet") is None:
         without = [name for name, study in chosen.items() if study.bullet and not (kept and name == _STORED)]
         gaps += [f"{name}: PyBullet is not installed; pip install 'colonysim[bullet]'." for name in without]
         chosen = {name: study for name, study in chosen.items() if name not in without}
-    measured: list[Measured] = []
     documents = [
         document for name, study in chosen.items() if not (kept and name == _STORED) for document in study.trials(size)
     ]
-    if documents:
-        trials = plans.asked(documents)
-        store = run_planned(plans.joined(trials), out / "trials", workers=workers, on_outcome=on_outcome)
-        measured, missing = found_by(trials, store)
-        gaps += [f"trial {line}" for line in missing]
-    source = Path(trainings) if trainings else stored("push_ablation.jsonl")
-    context = Context(
-        out=out, size=size, paper=the_paper(), evidence=Evidence([*measured, *kept]),
-        trainings=Trainings.read(source) if source else None,
-        bullet_from=Path(bullet).name if bullet else None, gaps=gaps,
-    )  # fmt: skip
-    parts: list[Block] = []
-    for name, study in chosen.items():
-        if on_study is not None:
-            on_study(name)
-        parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
-    blocks = [*_opening(context, _asked(list(chosen), size, bullet, trainings)), *parts]
-    markdown, page = out / "reproduction.md", out / "reproduction.html"
-    replace_file(markdown, as_markdown(blocks))
-    replace_file(page, as_html(blocks, out))
+    with alone(out, "is reproducing the paper there"):
+        measured: list[Measured] = []
+        if documents:
+            trials = plans.asked(documents)
+            with Store(out / "trials", write=True) as store:
+                run_planned(plans.joined(trials), store, workers=workers, on_outcome=on_outcome)
+            measured, missing = found_by(trials, store)
+            gaps += [f"trial {line}" for line in missing]
+        context = Context(
+            out=out, size=size, paper=the_paper(), evidence=Evidence([*measured, *kept]), trainings=trained,
+            bullet_from=Path(bullet).name if bullet else None, gaps=gaps,
+        )  # fmt: skip
+        parts: list[Block] = []
+        for name, study in chosen.items():
+            if on_study is not None:
+                on_study(name)
+            parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
+        blocks = [*_opening(context, _asked(list(chosen), size, bullet, trainings)), *parts]
+        markdown, page = out / "reproduction.md", out / "reproduction.html"
+        replace_file(markdown, as_markdown(blocks))
+        replace_file(page, as_html(blocks, out))
     return Made(markdown, page, Counter(judged.verdict.word for judged in context.judged), tuple(context.gaps))
 
 

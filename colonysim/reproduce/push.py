@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
-from colonysim.errors import ColonysimError
-from colonysim.reproduce.evidence import read_lines
+from colonysim.reproduce.evidence import stored_lines
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,6 +26,10 @@ ALL_IN_ONE = "all-in-one"
 SETTINGS = tuple(
     dict.fromkeys([*(name for panel in PANELS.values() for name in panel.values()), *INDIVIDUAL.values(), ALL_IN_ONE])
 )
+_TRAINING = {
+    "setting": str, "base": str, "episodes": int, "seed": int, "peak_episode": int, "pushed": dict,
+    "tests": [(int, int, float, float)],
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -44,23 +47,26 @@ class Trainings:
     rows: tuple[dict[str, Any], ...]
 
     @classmethod
-    def read(cls, path: Path) -> Trainings | None:
+    def read(cls, path: Path) -> tuple[Trainings | None, list[str]]:
         """Those of a file that belong to its longest trainings, of these to the preset with the most; None of none.
+
+        Returns:
+            The trainings, and what is wrong with the lines that are damaged: nothing, or one text.
 
         Raises:
             ColonysimError: The file cannot be read, or is none of these.
         """
+        rows, gaps = stored_lines(
+            path, _TRAINING, ("setting", "base", "episodes", "seed"),
+            "trainings as benchmarks/push_ablation.py stores them",
+        )  # fmt: skip
         groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
-        for row in read_lines(path):
-            try:
-                groups.setdefault((row["episodes"], row["base"]), []).append(row)
-                _ = row["setting"], row["seed"], row["tests"], row["pushed"], row["peak_episode"]
-            except (KeyError, TypeError) as error:
-                raise ColonysimError(f"{path}: not trainings as benchmarks/push_ablation.py stores them") from error
+        for row in rows:
+            groups.setdefault((row["episodes"], row["base"]), []).append(row)
         if not groups:
-            return None
+            return None, gaps
         episodes, base = max(groups, key=lambda key: (key[0], len(groups[key])))
-        return cls(base, episodes, tuple(groups[episodes, base]))
+        return cls(base, episodes, tuple(groups[episodes, base])), gaps
 
     def of(self, setting: str) -> dict[int, dict[str, Any]]:
         """The trainings of a setting by seed."""

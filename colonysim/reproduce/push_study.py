@@ -6,11 +6,12 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from colonysim.reproduce.document import Block, Heading, Table, Text
-from colonysim.reproduce.judging import Figure, Reported, Verdict, direction, level
+from colonysim.reproduce.judging import WITHIN, Figure, Reported, direction, level
 from colonysim.reproduce.push import ALL_IN_ONE, INDIVIDUAL, PANELS, SETTINGS
 
 if TYPE_CHECKING:
     from colonysim.reproduce.context import Context
+    from colonysim.reproduce.judging import Expected
     from colonysim.reproduce.push import Trainings
 
 __all__ = ["push_part"]
@@ -47,17 +48,17 @@ def push_part(context: Context) -> list[Block]:
     rows = []
     for claim in context.paper.push_claims:
         one, other = trainings.claimed(claim)
-        rows.append(_compared(context, claim.says, one, other, direction(one, other, claim.expected)))
+        rows.append(_compared(context, claim.says, one, other, claim.expected, "reward"))
     columns = ["the paper claims", "first", "second", "difference [95 %]", "trainings", "verdict"]
     blocks += [Table(columns, rows), Heading(3, "One network or three"), _styles(context, trainings)]
     rows = []
     for style in context.paper.style_claims:
         one, other = trainings.styles(style)
         says = f"{style.says} ({style.measure})"
-        rows.append(_compared(context, says, one, other, direction(one, other, style.expected)))
+        rows.append(_compared(context, says, one, other, style.expected, style.measure))
     one, other = trainings.spent()
     says = "All-in-one needs fewer training episodes than the three individuals together."
-    rows.append(_compared(context, says, one, other, direction(one, other, "less")))
+    rows.append(_compared(context, says, one, other, "less", "episodes"))
     return [*blocks, Table(columns, rows)]
 
 
@@ -68,7 +69,7 @@ def _styles(context: Context, trainings: Trainings) -> Block:
         for measure, terrain in product(("reward", "success"), INDIVIDUAL):
             mean, sd = getattr(theirs, measure)[terrain]
             setting = INDIVIDUAL[terrain] if style == "individual" else ALL_IN_ONE
-            ours = Figure.of(list(trainings.pushed(setting, terrain, measure).values()))
+            ours = Figure.of(list(trainings.pushed(setting, terrain, measure).values()), WITHIN.get(measure))
             verdict = level(ours, Reported(mean, sd, paper.pushes), measure)
             word = context.judge("push", f"{measure} on {terrain}, {style} (`{paper.place}`)", "trainings", verdict)
             shown, count = (ours.shown(2), ours.count) if ours else ("-", 0)
@@ -77,8 +78,12 @@ def _styles(context: Context, trainings: Trainings) -> Block:
     return Table(columns, rows)
 
 
-def _compared(context: Context, says: str, one: list[float], other: list[float], verdict: Verdict) -> list[str]:
+def _compared(
+    context: Context, says: str, one: list[float], other: list[float], expected: Expected, measure: str
+) -> list[str]:
+    verdict = direction(one, other, expected, WITHIN.get(measure))
     word = context.judge("push", says, "trainings", verdict)
-    sides = [figure.shown(2) if (figure := Figure.of(values)) else "-" for values in (one, other)]
+    figures = [Figure.of(values, WITHIN.get(measure)) for values in (one, other)]
+    sides = [figure.shown(2) if figure else "-" for figure in figures]
     difference = verdict.difference.shown(2, sign=True) if verdict.difference else "-"
     return [says, *sides, difference, str(len(one)), word]

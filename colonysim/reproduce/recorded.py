@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 from colonysim import __version__
 from colonysim.errors import TraceError
+from colonysim.provenance import parts_of
 from colonysim.recording import run
+from colonysim.trace.manifest import MANIFEST
 from colonysim.trace.reader import Run
+from colonysim.world.loading import load_scenario
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -99,7 +102,7 @@ def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None)
     if directory.exists():
         try:
             there = Run.open(directory)
-            if there.status == "finished" and there.manifest["versions"]["colonysim"] == __version__:
+            if there.status == "finished" and _is_as_now(there, what):
                 return there
         except TraceError:
             pass  # killed before its first line
@@ -110,14 +113,24 @@ def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None)
     )  # fmt: skip
 
 
+def _is_as_now(there: Run, what: Recording) -> bool:
+    """Whether the run would be the same today."""
+    scenario, manifest = load_scenario(what.scenario, what.variant), there.manifest
+    return (
+        manifest.get("versions", {}).get("colonysim") == __version__
+        and manifest.get("scenario_sha256") == scenario.digest
+        and manifest.get("sources", {}) == parts_of(what.policy, what.backend, scenario.parameters)
+    )
+
+
 def drawn(name: str, size: Size, runs: Path, images: Path) -> Path:
-    """Draws one of `DRAWINGS`, unless its image is there already."""
+    """Draws one of `DRAWINGS`, unless its image is there already, and newer than the run."""
     from colonysim.plots import draw
 
     what = DRAWINGS[name]
     image = images / f"{name}.png"
     source = recorded(RUNS[what.run], size, runs)
-    if not image.exists():
+    if source.path is None or not image.exists() or image.stat().st_mtime < (source.path / MANIFEST).stat().st_mtime:
         last = source.episodes[-1].episode
         chosen = tuple(dict.fromkeys(min(number, last) or last for number in what.episodes))
         [made] = draw(

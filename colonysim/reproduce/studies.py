@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.intervals import wilson
 from colonysim.reproduce.document import Block, Picture, Table, Text
 from colonysim.reproduce.facts import FACTS
-from colonysim.reproduce.judging import Figure, Verdict, level, share
+from colonysim.reproduce.judging import WITHIN, Figure, Verdict, level, share
 from colonysim.reproduce.plans import ABLATED, MAPS, PRESETS
 from colonysim.reproduce.recorded import DRAWINGS, RUNS, drawn, recorded
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["ablation_part", "asynchrony_part", "bullet_part", "drawings_part", "nodeworld_part"]
 
 DIGITS = {"steps": 1, "success": 3, "sim_seconds": 1}
-WITHIN = {"success": (0.0, 1.0)}
 _BOTH = [(f"`{preset}`", {"policy": preset}) for preset in PRESETS]
 
 

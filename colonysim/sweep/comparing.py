@@ -107,9 +107,8 @@ def _differences(
         pairs = [(one[seed][measure], two[seed][measure]) for seed in seeds]
         values = [second - first for first, second in pairs]
         means = fmean(first for first, _ in pairs), fmean(second for _, second in pairs)
-        found.append(
-            Difference(where, by, reference, other, measure, means, fmean(values), of_mean(values), len(seeds))
-        )
+        interval = of_mean(values, within=(-1.0, 1.0) if measure == "success" else None)
+        found.append(Difference(where, by, reference, other, measure, means, fmean(values), interval, len(seeds)))
     return found
 
 

@@ -7,7 +7,9 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import MissingExtraError
-from colonysim.sweep.workers import DEATHS, Outcome, attempt, limit_memory
+from colonysim.processes import DEATHS, attempt, limit_memory
+from colonysim.sweep.trial import run_trial
+from colonysim.sweep.workers import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable
@@ -33,7 +35,7 @@ class _Worker:
 
     def run(self, trial: Trial) -> tuple[str, Any]:
         """Runs a trial."""
-        return attempt(trial, self._memory_mb)
+        return attempt(run_trial, trial, self._memory_mb)
 
 
 def run_on_ray(trials: Iterable[Trial], limits: Limits, workers: int | None) -> Generator[Outcome, None, None]:

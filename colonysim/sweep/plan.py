@@ -5,23 +5,30 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 import random
+import warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 
 from colonysim import __version__
 from colonysim.arguments import MAX_COUNT, MAX_SEED
-from colonysim.errors import ColonysimError, MissingExtraError, ScenarioError
+from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
 from colonysim.plugins import make_policy
+from colonysim.provenance import TAG, parts_of, unknown_in
+from colonysim.suggest import nearest
 from colonysim.world.loading import load_scenario, plain_data
 from colonysim.world.places import Places
 from colonysim.world.source import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from colonysim.provenance import Sources
+    from colonysim.world.scenario import Scenario
 
 __all__ = ["Limits", "Search", "Sweep", "Trial", "found", "load_search", "load_sweep", "plan_sweep"]
 
@@ -33,6 +40,18 @@ Seed = Annotated[int, Strict(), Field(ge=0, le=MAX_SEED)]
 
 class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _in_order(limits: tuple[float, float]) -> tuple[float, float]:
+    low, high = limits
+    if not low <= high:
+        raise ValueError(f"expected the lowest value first, found [{low:g}, {high:g}]")
+    if not math.isfinite(high - low):
+        raise ValueError(f"expected a range that is not as wide as [{low:g}, {high:g}]")
+    return limits
+
+
+Range = Annotated[tuple[Number, Number], AfterValidator(_in_order)]
 
 
 class _Chosen(_Section):
@@ -54,7 +73,7 @@ class _Sample(_Section):
     """Settings drawn at random from ranges."""
 
     count: Annotated[int, Strict(), Field(ge=1, le=MAX_TRIALS)]
-    ranges: Annotated[dict[str, tuple[Number, Number]], Field(min_length=1)]
+    ranges: Annotated[dict[str, Range], Field(min_length=1)]
     method: Literal["uniform", "sobol"] = "uniform"
     seed: Seed = 0
 
@@ -88,6 +107,8 @@ class _File(_Section):
     seeds: Annotated[list[Seed], Field(min_length=1)] | _Seeds = [0]
     episodes: Annotated[int, Strict(), Field(ge=1, le=MAX_COUNT)] | None = None
     limits: Limits = Limits()
+    tags: dict[str, str | int | float] = {}
+    """By name of a policy, field or backend: what stands for those of its changes that its source does not show."""
 
     @model_validator(mode="after")
     def _one_source_each(self) -> _File:
@@ -112,7 +133,9 @@ class Trial:
         episodes: How many; None: the scenario's own number.
         seed: The run's seed.
         folder: What a relative path of a scenario is relative to.
-        identity: Hash of all that determines the result, the package's version and the scenario's content included.
+        digest: Hash of the scenario's content under these settings.
+        sources: What else the result depends on: third-party code, models, engines (`provenance.parts_of`), and tags.
+        identity: Hash of all that determines the result: the settings, and `determinants`.
     """
 
     scenario: str
@@ -125,7 +148,18 @@ class Trial:
     episodes: int | None
     seed: int
     folder: str
+    digest: str = ""
+    sources: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     identity: str = field(default="", compare=False)
+
+    def asked(self) -> str:
+        """Hash of what was asked, whatever the scenario's content and the code are."""
+        return _hash({**self.described(), "episodes": self.episodes})
+
+    def determinants(self) -> dict[str, str]:
+        """What the answer depends on besides what was asked, by name."""
+        modules = {f"{m} ({part})": value for part, found in self.sources.items() for m, value in found.items()}
+        return {"colonysim": __version__, f"scenario {self.scenario}": self.digest[:16], **modules}
 
     def described(self) -> dict[str, Any]:
         """Its columns in a table, parameters by their paths."""
@@ -192,8 +226,11 @@ def load_search(path: str | Path) -> Search:
     if file.grid:
         raise places.fault("grid", "expected no grid: a choice is judged by all of its trials together")
 
+    # Choices of one search are made by the same code; one that finds other code later is an error.
+    sources = _Sources(file.tags)
+
     def trials(chosen: Mapping[str, float]) -> tuple[Trial, ...]:
-        return tuple(_trials(file, [dict(chosen)], folder, places))
+        return tuple(_trials(file, [dict(chosen)], folder, places, sources))
 
     trials({name: low for name, (low, _) in file.sample.ranges.items()})  # a misspelt setting is found at once
     return Search(file.name, file.sample.ranges, file.sample.count, file.sample.seed, file.limits, trials)
@@ -226,7 +263,9 @@ def _checked(document: Mapping[str, Any], places: Places) -> _File:
 
 
 def _sweep(file: _File, folder: Path, places: Places) -> Sweep:
-    return Sweep(file.name, tuple(_trials(file, list(_settings(file)), folder, places)), file.limits)
+    return Sweep(
+        file.name, tuple(_trials(file, list(_settings(file)), folder, places, _Sources(file.tags))), file.limits
+    )
 
 
 def _complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:
@@ -249,7 +288,37 @@ def _complaint(error: ValidationError, document: Mapping[str, Any], places: Plac
     return places.fault(".".join(parts), message[:1].lower() + message[1:])
 
 
-def _trials(file: _File, settings: Sequence[Mapping[str, Any]], folder: Path, places: Places) -> Iterator[Trial]:
+class _Sources:
+    """What trials depend on besides scenario and settings, each part looked up once."""
+
+    def __init__(self, tags: Mapping[str, str | int | float]) -> None:
+        self._tags = {name: str(tag) for name, tag in tags.items()}
+        self._found: dict[str, Sources] = {}
+        self.unused = set(tags)
+
+    def of(self, trial: Trial, scenario: Scenario) -> Sources:
+        """What a trial of this scenario depends on."""
+        policy = trial.policy or scenario.policy
+        fields = scenario.parameters.get("extra_fields") or ()
+        key = json.dumps([policy, trial.backend, fields, trial.options], sort_keys=True, default=str)
+        if key not in self._found:
+            found = parts_of(policy, trial.backend, scenario.parameters, trial.options)
+            for name in {policy, trial.backend, *found} & self._tags.keys():
+                found[name] = {**found.get(name, {}), TAG: self._tags[name]}
+                self.unused.discard(name)
+            for line in unknown_in(found):
+                warnings.warn(
+                    f"{line}; when its code changes, its trials are not run again: give it a tag in the sweep file, "
+                    "such as `tags: {NAME: v1}`, and change that with the code",
+                    ColonysimWarning, stacklevel=2,
+                )  # fmt: skip
+            self._found[key] = found
+        return self._found[key]
+
+
+def _trials(
+    file: _File, settings: Sequence[Mapping[str, Any]], folder: Path, places: Places, sources: _Sources
+) -> Iterator[Trial]:
     seeds = file.seeds if isinstance(file.seeds, list) else range(file.seeds.first, file.seeds.first + file.seeds.count)
     places_of = [
         (f"scenarios.{n}", chosen.scenario, variant)
@@ -265,16 +334,21 @@ def _trials(file: _File, settings: Sequence[Mapping[str, Any]], folder: Path, pl
     seen: set[str] = set()
     for place, scenario, variant in places_of:
         for parameters in settings:
-            digest = _digest(place, scenario, variant, parameters, file.policies, folder, places)
+            loaded = _loaded(place, scenario, variant, parameters, file.policies, folder, places)
             for (backend, policy, mode), seed in itertools.product(ways, seeds):
                 trial = Trial(
                     scenario, variant, backend.name, dict(backend.model_extra or {}), policy, mode, parameters,
-                    file.episodes, seed, str(folder),
+                    file.episodes, seed, str(folder), loaded.digest,
                 )  # fmt: skip
-                identity = _identity(trial, digest)
+                trial = replace(trial, sources=sources.of(trial, loaded))
+                identity = _identity(trial)
                 if identity not in seen:  # listed twice it is still one trial
                     seen.add(identity)
                     yield replace(trial, identity=identity)
+    if sources.unused:
+        name = min(sources.unused)
+        known = [n for n in [*file.policies, *(backend.name for backend in backends)] if n is not None]
+        raise places.fault(f"tags.{name}", f"no policy, field or backend {name!r} here; {nearest(name, known)}")
 
 
 def _settings(file: _File) -> Iterator[dict[str, Any]]:
@@ -301,18 +375,18 @@ def _drawn(sample: _Sample) -> Iterator[dict[str, float]]:
         }
 
 
-def _digest(
+def _loaded(
     place: str, scenario: str, variant: str | None, parameters: Mapping[str, Any], policies: Sequence[str | None],
     folder: Path, places: Places,
-) -> str:  # fmt: skip
-    """The hash of what a scenario says under these settings; a setting that does not fit it is an error here."""
+) -> Scenario:  # fmt: skip
+    """A scenario under these settings; a setting that does not fit it is an error here."""
     try:
         loaded = load_scenario(found(scenario, folder), variant, parameters)
         for policy in policies:
             make_policy(policy, loaded)
     except ColonysimError as error:
         raise places.fault(place, str(error)) from None
-    return loaded.digest
+    return loaded
 
 
 def found(scenario: str, folder: str | Path) -> str | Path:
@@ -321,10 +395,14 @@ def found(scenario: str, folder: str | Path) -> str | Path:
     return beside if beside.suffix and not Path(scenario).is_absolute() else scenario
 
 
-def _identity(trial: Trial, digest: str) -> str:
+def _identity(trial: Trial) -> str:
     what = {
-        "version": __version__, "scenario": digest, "backend": trial.backend, "options": trial.options,
+        "version": __version__, "scenario": trial.digest, "backend": trial.backend, "options": trial.options,
         "policy": trial.policy, "mode": trial.mode, "episodes": trial.episodes, "seed": trial.seed,
     }  # fmt: skip
-    text = json.dumps(what, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return _hash({**what, "sources": trial.sources} if trial.sources else what)
+
+
+def _hash(what: Mapping[str, Any]) -> str:
+    text = json.dumps(what, sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 import time
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from colonysim.arguments import whole
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, ColonysimWarning
 from colonysim.files import replacing
+from colonysim.processes import refuse_unguarded
 from colonysim.suggest import nearest
 from colonysim.sweep.plan import load_sweep
 from colonysim.sweep.store import Store
@@ -57,61 +59,95 @@ def run_sweep(
         The sweep as the file has it now, and the store with the last entry of each trial.
 
     Raises:
-        ColonysimError: The file is wrong, or the directory cannot be used.
+        ColonysimError: The file is wrong, the directory cannot be used, or the script lacks its guard.
     """
+    refuse_unguarded()
     planned = load_sweep(file)
-    store = run_planned(
-        planned, out, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=on_outcome,
-        copy_of=Path(file),
-    )  # fmt: skip
+    with Store(out, write=True) as store:
+        run_planned(
+            planned, store, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=on_outcome,
+            copy_of=Path(file),
+        )  # fmt: skip
+        asked = {trial.identity for trial in planned.trials}
+        others = sum(entry["status"] != "stale" and name not in asked for name, entry in store.entries.items())
+        if others:
+            warnings.warn(
+                f"{out}: {_trials(others)} in the journal that {file} does not ask for as it is now, and that the "
+                "tables do not show", ColonysimWarning, stacklevel=2,
+            )  # fmt: skip
     return planned, store
 
 
 def run_planned(
     planned: Sweep,
-    out: str | Path,
+    store: Store,
     *,
     workers: int | None = None,
     engine: Engine = "local",
     retry_failed: bool = False,
     on_outcome: Callable[[Outcome, int, int], None] | None = None,
     copy_of: Path | None = None,
-) -> Store:
-    """The same for trials that are planned already; `copy_of` is the file that they come from, if there is one."""
+) -> None:
+    """The same for trials that are planned already, into a store that is open for writing.
+
+    `copy_of` is the file that they come from, if there is one.
+    """
+    refuse_unguarded()
     if workers is not None:
         workers = whole("workers", workers)
     execute = _engine(engine)
+    if copy_of is not None:
+        _keep_copy(copy_of, store.directory)
+    stale = store.mark_stale(planned.trials)
+    if stale:
+        names = ", ".join(f"{name} ({_trials(count)})" for name, count in stale.items())
+        warnings.warn(
+            f"{store.directory}: changed since its trials were run: {names}; they are run again",
+            ColonysimWarning, stacklevel=2,
+        )  # fmt: skip
     finished = {"succeeded"} if retry_failed else {"succeeded", "failed"}
-    with Store(out, write=True) as store:
-        if copy_of is not None:
-            _keep_copy(copy_of, store.directory)
-        left = [t for t in planned.trials if store.entries.get(t.identity, {}).get("status") not in finished]
-        done, total = len(planned.trials) - len(left), len(planned.trials)
-        written = 0.0
-        running: dict[str, Outcome] = {}
-        outcomes = execute(left, planned.limits, workers)
-        try:
-            for outcome in outcomes:
-                store.put(outcome)
-                if outcome.status == "running":
-                    running[outcome.trial.identity] = outcome
-                else:
-                    running.pop(outcome.trial.identity, None)
-                    done += 1
-                if on_outcome is not None:
-                    on_outcome(outcome, done, total)
-                if time.monotonic() >= written:
-                    began = time.monotonic()
-                    write_tables(store.directory, planned.trials, store.entries)
-                    written = time.monotonic() + max(TABLES_EVERY, 10 * (time.monotonic() - began))
-        except KeyboardInterrupt:
-            for outcome in running.values():
-                store.put(Outcome(outcome.trial, "interrupted"))
-            raise
-        finally:
-            outcomes.close()
-            write_tables(store.directory, planned.trials, store.entries)
-    return store
+    left = [t for t in planned.trials if store.entries.get(t.identity, {}).get("status") not in finished]
+    done, total = len(planned.trials) - len(left), len(planned.trials)
+    # The tables are of this plan from the start: a sweep that is killed soon must not show the one before.
+    written = _write_tables(planned, store)
+    running: dict[str, Outcome] = {}
+    outcomes = execute(left, planned.limits, workers)
+    try:
+        for outcome in outcomes:
+            if outcome.result is not None and "changed" in outcome.result:
+                raise ColonysimError(
+                    f"changed since the sweep was planned: {outcome.result['changed']}; what has finished is in "
+                    f"{store.directory}, start it again to go on"
+                )
+            store.put(outcome)
+            if outcome.status == "running":
+                running[outcome.trial.identity] = outcome
+            else:
+                running.pop(outcome.trial.identity, None)
+                done += 1
+            if on_outcome is not None:
+                on_outcome(outcome, done, total)
+            if time.monotonic() >= written:
+                written = _write_tables(planned, store)
+    except (KeyboardInterrupt, ColonysimError):
+        for outcome in running.values():
+            store.put(Outcome(outcome.trial, "interrupted"))
+        raise
+    finally:
+        outcomes.close()
+        write_tables(store.directory, planned.trials, store.entries)
+
+
+def _write_tables(planned: Sweep, store: Store) -> float:
+    """Writes the tables; returns when they are due again."""
+    began = time.monotonic()
+    write_tables(store.directory, planned.trials, store.entries)
+    now = time.monotonic()
+    return now + max(TABLES_EVERY, 10 * (now - began))
+
+
+def _trials(count: int) -> str:
+    return f"{count} trial{'' if count == 1 else 's'}"
 
 
 def _engine(name: Engine) -> Callable[[Sequence[Trial], Limits, int | None], Generator[Outcome, None, None]]:

@@ -6,11 +6,15 @@ import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
 from colonysim.sweep.plan import found
 from colonysim.world.loading import load_scenario
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from colonysim.provenance import Sources
     from colonysim.sweep.plan import Trial
     from colonysim.world.scenario import Scenario
 
@@ -21,9 +25,12 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     """Runs a trial without recording it.
 
     Returns:
-        `trace_sha256` and `episodes`: for each its number, steps, success, ended, sim_seconds and seated.
+        `trace_sha256` and `episodes`: for each its number, steps, success, ended, sim_seconds and seated. If scenario
+        or code are no longer those that the trial was planned with, nothing is run, and `changed` names them.
     """
     scenario = _loaded(trial.scenario, trial.folder, trial.variant, json.dumps(trial.parameters))
+    if changed := _changed(trial, scenario):
+        return {"changed": changed}
     recorded = run(
         scenario, backend=trial.backend, backend_options=trial.options, policy=trial.policy, mode=trial.mode,
         episodes=trial.episodes, seed=trial.seed, trace=False,
@@ -34,6 +41,27 @@ def run_trial(trial: Trial) -> dict[str, Any]:
             [e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes
         ],
     }
+
+
+def _changed(trial: Trial, scenario: Scenario) -> str:
+    if scenario.digest != trial.digest:
+        return f"scenario {trial.scenario}"
+    found = _sources(
+        trial.policy or scenario.policy, trial.backend, json.dumps(scenario.parameters.get("extra_fields")),
+        json.dumps(trial.options),
+    )  # fmt: skip
+    planned, there = _flat(trial.sources), _flat(found)
+    return ", ".join(f"{m} ({part})" for part, m in planned | there if planned.get((part, m)) != there.get((part, m)))
+
+
+def _flat(sources: Mapping[str, Mapping[str, str]]) -> dict[tuple[str, str], str]:
+    return {(part, m): value for part, modules in sources.items() for m, value in modules.items() if m != TAG}
+
+
+@lru_cache(maxsize=64)
+def _sources(policy: str, backend: str, fields: str, options: str) -> Sources:
+    """As they were when this process first needed them: it keeps to what it has imported."""
+    return parts_of(policy, backend, {"extra_fields": json.loads(fields)}, json.loads(options))
 
 
 @lru_cache(maxsize=8)

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Any, Literal
 from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.intervals import of_mean
+from colonysim.processes import refuse_unguarded
 from colonysim.suggest import nearest
 from colonysim.sweep.plan import Sweep, load_search
 from colonysim.sweep.running import run_planned
+from colonysim.sweep.store import Store
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from colonysim.sweep.plan import Trial
     from colonysim.sweep.running import Engine
-    from colonysim.sweep.store import Store
     from colonysim.sweep.workers import Outcome
 
 __all__ = ["Candidate", "Measure", "tune"]
@@ -78,6 +79,7 @@ def tune(
         MissingExtraError: Optuna is not installed.
         ColonysimError: The file is wrong, the directory cannot be used, or no trial has the episodes that count.
     """
+    refuse_unguarded()
     if measure not in _COLUMN:
         raise ColonysimError(f"no measure {measure!r}; {nearest(str(measure), _COLUMN)}")
     if episodes is not None:
@@ -90,23 +92,24 @@ def tune(
     )
     candidates: list[Candidate] = []
     trials: dict[str, Trial] = {}
-    for number in range(1, search.count + 1):
-        asked = study.ask()
-        settings = {name: asked.suggest_float(name, *limits) for name, limits in search.ranges.items()}
-        chosen = search.trials(settings)
-        trials |= {trial.identity: trial for trial in chosen}
-        store = run_planned(
-            Sweep(search.name, tuple(trials.values()), search.limits), out, workers=workers, engine=engine,
-            on_outcome=on_outcome, copy_of=Path(file),
-        )  # fmt: skip
-        candidates.append(_candidate(settings, chosen, store, measure, episodes))
-        # The same answers to the same questions: a search that is taken up again asks what it asked before.
-        if (value := candidates[-1].value) is None:
-            study.tell(asked, state=optuna.trial.TrialState.FAIL)
-        else:
-            study.tell(asked, value)
-        if on_candidate is not None:
-            on_candidate(candidates[-1], number, search.count)
+    with Store(out, write=True) as store:
+        for number in range(1, search.count + 1):
+            asked = study.ask()
+            settings = {name: asked.suggest_float(name, *limits) for name, limits in search.ranges.items()}
+            chosen = search.trials(settings)
+            trials |= {trial.identity: trial for trial in chosen}
+            run_planned(
+                Sweep(search.name, tuple(trials.values()), search.limits), store, workers=workers, engine=engine,
+                on_outcome=on_outcome, copy_of=Path(file),
+            )  # fmt: skip
+            candidates.append(_candidate(settings, chosen, store, measure, episodes))
+            # The same answers to the same questions: a search that is taken up again asks what it asked before.
+            if (value := candidates[-1].value) is None:
+                study.tell(asked, state=optuna.trial.TrialState.FAIL)
+            else:
+                study.tell(asked, value)
+            if on_candidate is not None:
+                on_candidate(candidates[-1], number, search.count)
     return sorted(candidates, key=lambda found: _rank(found, measure))
 
 
@@ -134,7 +137,7 @@ def _candidate(
             raise ColonysimError(f"no episode {first}-{last}: a run has {len(entry['episodes'])}")
         by_seed.setdefault(trial.seed, []).append(fmean(counted))
     means = [fmean(values) for values in by_seed.values()]
-    return Candidate(settings, fmean(means), of_mean(means))
+    return Candidate(settings, fmean(means), of_mean(means, within=(0.0, 1.0) if measure == "success" else None))
 
 
 def _rank(found: Candidate, measure: Measure) -> tuple[bool, float]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import plain, shown
 from colonysim.errors import TraceError
-from colonysim.files import replace_file
+from colonysim.files import create_file, replace_file
 from colonysim.trace.schema import VERSION
 
 if TYPE_CHECKING:
@@ -104,7 +104,11 @@ def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
     Raises:
         TraceError: It cannot be written.
     """
-    replace_file(directory / MANIFEST, json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", TraceError)
+    replace_file(directory / MANIFEST, _text(manifest), TraceError)
+
+
+def _text(manifest: Mapping[str, Any]) -> str:
+    return json.dumps(manifest, indent=2, ensure_ascii=False) + "\n"
 
 
 def read_manifest(directory: Path) -> dict[str, Any]:
@@ -132,27 +136,45 @@ def read_manifest(directory: Path) -> dict[str, Any]:
     return manifest
 
 
-def prepare_directory(out: Path | None, name: str, variant: str | None, backend: str, seed: int) -> Path:
-    """Makes the directory for a run; without `out`, a new one below `runs/`.
+def prepare_directory(out: Path | None, manifest: Mapping[str, Any]) -> Path:
+    """Makes the directory for a run and puts its first manifest there; without `out`, a new one below `runs/`.
+
+    Of several processes that ask for the same `out` at the same moment exactly one gets it: the one that creates the
+    manifest.
 
     Raises:
-        TraceError: `out` holds files already, or cannot be made.
+        TraceError: `out` holds files already, or cannot be made or written to.
     """
     try:
-        if out is not None:
-            if out.exists() and (not out.is_dir() or any(out.iterdir())):
-                raise TraceError(f"{out}: exists already and is not empty; a run never overwrites anything")
-            out.mkdir(parents=True, exist_ok=True)
-            return out
-        words = [name, variant or "", backend]
-        stem = "-".join(word for word in (re.sub(r"[^\w.-]+", "_", text).strip("_-.") for text in words) if word)
-        for number in range(1, 1_000_000):
-            path = Path("runs") / f"{stem}-s{seed}-{number}"
-            try:
-                path.mkdir(parents=True)
-            except FileExistsError:
-                continue
-            return path
+        directory = _named_after(manifest) if out is None else _empty(out)
     except OSError as error:
         raise TraceError(f"{error.filename or out}: cannot be made: {error.strerror or error}") from error
-    raise TraceError(f"runs/{stem}-s{seed}: too many runs of this name")
+    try:
+        create_file(directory / MANIFEST, _text(manifest), TraceError)
+    except FileExistsError:
+        raise _taken(directory) from None
+    return directory
+
+
+def _empty(out: Path) -> Path:
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise _taken(out)
+    out.mkdir(parents=True, exist_ok=True)
+    return out
+
+
+def _taken(out: Path) -> TraceError:
+    return TraceError(f"{out}: exists already and is not empty; a run never overwrites anything")
+
+
+def _named_after(manifest: Mapping[str, Any]) -> Path:
+    words = [manifest["name"], manifest["variant"] or "", manifest["backend"]]
+    stem = "-".join(word for word in (re.sub(r"[^\w.-]+", "_", text).strip("_-.") for text in words) if word)
+    for number in range(1, 1_000_000):
+        path = Path("runs") / f"{stem}-s{manifest['seed']}-{number}"
+        try:
+            path.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        return path
+    raise TraceError(f"runs/{stem}-s{manifest['seed']}: too many runs of this name")

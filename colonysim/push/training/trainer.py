@@ -14,7 +14,7 @@ import numpy.typing as npt
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
-from colonysim.files import replace_file
+from colonysim.files import alone, replace_file
 from colonysim.push.cards import ModelError, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
@@ -111,6 +111,7 @@ def train_push(
 
     Raises:
         MissingExtraError: torch is not installed.
+        ColonysimError: Another process is training in `out_dir`.
         ModelError: The checkpoint belongs to another configuration or seed.
         ValueError: There is no such preset.
     """
@@ -120,19 +121,21 @@ def train_push(
         config = PRESETS[config]
     if stop_after_blocks is not None:
         stop_after_blocks = whole("stop_after_blocks", stop_after_blocks, 0)
-    run = _Run(config, Path(out_dir), as_seed(seed))
-    if resume:
-        run.restore()
-    blocks = 0
-    while not run.finished:
-        if stop_after_blocks is not None and blocks >= stop_after_blocks:
-            return None
-        run.block()
-        run.save()
-        blocks += 1
-        if on_progress is not None:
-            on_progress(run.history[-1])
-    return run.finish(name)
+    seed = as_seed(seed)
+    with alone(Path(out_dir), "is training there"):
+        run = _Run(config, Path(out_dir), seed)
+        if resume:
+            run.restore()
+        blocks = 0
+        while not run.finished:
+            if stop_after_blocks is not None and blocks >= stop_after_blocks:
+                return None
+            run.block()
+            run.save()
+            blocks += 1
+            if on_progress is not None:
+                on_progress(run.history[-1])
+        return run.finish(name)
 
 
 class _Run:

@@ -2,13 +2,14 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from colonysim.errors import ColonysimError
-from colonysim.files import replace_file
+from colonysim.files import alone, replace_file
+from colonysim.jsonlines import append_line, numbered, warn_of
 from colonysim.physics import Scene
 from colonysim.push.cards import load_model
 from colonysim.push.executors import Executor, make_executor
@@ -120,33 +121,59 @@ def gather_ways(
     """
     executor, forest = make_executor("staged", model=model), load_feasibility()
     made_by = {"seed": seed, "network": str(load_model(model, "q-network").card["sha256"])}
-    logged = list(_read(file, made_by)) if file.exists() else []
-    if not logged:
-        replace_file(file, (json.dumps(made_by) + "\n").encode())
-    with file.open("a", encoding="utf-8") as lines:
-        for number in range(len(logged), ways):
-            rng = episode_rng(Purpose.WAYS, seed, number)
-            logged.append(push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31))))
-            lines.write(json.dumps(asdict(logged[-1])) + "\n")
-            lines.flush()
-            if on_progress is not None:
-                on_progress(len(logged), ways)
-    return logged[:ways]
+    with alone(file.parent, "is gathering ways there"):
+        logged = _read(file, made_by) if file.exists() else {}
+        if not logged:
+            replace_file(file, (json.dumps(made_by) + "\n").encode())
+        for number in range(ways):
+            if number not in logged:
+                rng = episode_rng(Purpose.WAYS, seed, number)
+                logged[number] = push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31)))
+                append_line(file, {"number": number, **asdict(logged[number])})
+                if on_progress is not None:
+                    on_progress(len(logged), ways)
+    return [logged[number] for number in range(ways)]
 
 
-def _read(file: Path, made_by: dict[str, Any]) -> Iterator[LoggedWay]:
-    content = file.read_bytes()
-    whole = content[: content.rfind(b"\n") + 1]
-    if whole != content:
-        # It was stopped in the middle of a line.
-        replace_file(file, whole)
-    header, *lines = whole.decode().splitlines() or [""]
-    if header != json.dumps(made_by):
-        raise ColonysimError(f"{file}: holds no ways of this seed and network; choose another directory")
-    for number, line in enumerate(lines, 2):
+def _read(file: Path, made_by: dict[str, Any]) -> dict[int, LoggedWay]:
+    """Ways by number; one whose line is damaged is left out, and named in a warning."""
+    logged: dict[int, LoggedWay] = {}
+    faults: dict[int, str] = {}
+    lines = numbered(file)
+    _, header, fault = next(lines, (1, {}, "it is missing"))
+    if fault or header != made_by:
+        raise ColonysimError(
+            f"{file}:1: holds no ways of this seed and network; expected {json.dumps(made_by)}, or choose another "
+            "directory"
+        )
+    for line, row, fault in lines:
         try:
-            row: dict[str, Any] = json.loads(line)
-            pushes = [LoggedPush(**{**push, "seen": Features(*push["seen"])}) for push in row["pushes"]]
-            yield LoggedWay(tuple(Features(*seen) for seen in row["foreseen"]), tuple(pushes))
-        except (ValueError, TypeError, KeyError) as error:
-            raise ColonysimError(f"{file}:{number}: is no logged way: {error}") from None
+            # Before ways had a number, theirs was that of the line.
+            number, way = row.get("number", line - 2), None if fault else _way(row)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            number, way, fault = None, None, f"it is no logged way: {error}"
+        if way is None or not isinstance(number, int):
+            faults[line] = fault or "it has no number"
+        elif number in logged:
+            faults[line] = f"way {number} is there twice"
+        else:
+            logged[number] = way
+    warn_of(file, faults, "these ways are pushed again, the others hold")
+    return logged
+
+
+def _way(row: dict[str, Any]) -> LoggedWay:
+    pushes = [LoggedPush(**{**push, "seen": _features(push["seen"])}) for push in row["pushes"]]
+    for push in pushes:
+        if not (isinstance(push.success, bool) and isinstance(push.reason, str)):
+            raise TypeError("expected of a push whether it succeeded, and why")
+        _ = float(push.forest), float(push.seconds)
+    if not pushes:
+        raise ValueError("expected a push")
+    return LoggedWay(tuple(_features(seen) for seen in row["foreseen"]), tuple(pushes))
+
+
+def _features(values: list[float]) -> Features:
+    if not all(isinstance(value, (int, float)) for value in values):
+        raise TypeError("expected numbers")
+    return Features(*values)

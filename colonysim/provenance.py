@@ -1,0 +1,289 @@
+"""What code and files a result depends on besides colonysim itself: fingerprints of third-party parts.
+
+A part is a policy, field or backend that somebody else wrote. Its result is determined by the module that defines it,
+by the source files that this module imports, and by the packages that these import. All of that is found by reading
+files: nothing is imported or run.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.machinery
+import json
+import sys
+import sysconfig
+from functools import cache, partial
+from importlib.metadata import Distribution, PackageNotFoundError, distribution, packages_distributions
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from colonysim.plugins import BUILT_IN, available
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from importlib.machinery import ModuleSpec
+
+__all__ = ["TAG", "Sources", "parts_of", "sources_of", "unknown_in"]
+
+TAG = "tag"
+"""The name, among the fingerprints of a part, of what its user says of its version."""
+UNKNOWN = "unknown"
+"""How the fingerprint begins of what cannot be known; the reason follows."""
+_ENGINES = {"bullet": "pybullet"}
+"""Packages that our own backends are made of: another version of them gives other results."""
+_STANDARD = tuple({sysconfig.get_path("stdlib"), sysconfig.get_path("platstdlib")})
+_INSTALLED = frozenset({"site-packages", "dist-packages"})
+"""Folders with one of these names hold what was installed."""
+Sources = dict[str, dict[str, str]]
+
+
+def parts_of(
+    policy: Any, backend: Any, parameters: Mapping[str, Any], options: Mapping[str, Any] | None = None
+) -> Sources:
+    """What a run depends on besides colonysim and its scenario.
+
+    Args:
+        policy: Name of the policy, or what was handed over in its place.
+        backend: The same of the backend.
+        parameters: The scenario's parameters of the policy; extra fields are named there.
+        options: The backend's options; one may be the path of a model.
+
+    Returns:
+        For each third-party part, by its name, its `sources_of`; for each file among the options its content's hash;
+        for a backend of ours that wraps an engine, the engine. Empty if all is ours.
+    """
+    fields = parameters.get("extra_fields") or ()
+    named = [("policies", policy), ("backends", backend)]
+    named += [("fields", name) for name in ([fields] if isinstance(fields, str) else fields)]
+    found: Sources = {}
+    for group, part in named:
+        name, sources = _named(group, part) if isinstance(part, str) else _handed_over(part)
+        if sources:
+            found[name] = sources
+    for option, value in sorted((options or {}).items()):
+        if isinstance(value, (str, Path)) and (files := _content_of(value)):
+            found[f"{option} {value}"] = files
+    return found
+
+
+def _named(group: str, name: str) -> tuple[str, dict[str, str]]:
+    if name in BUILT_IN[group]:
+        engine = _ENGINES.get(name) if group == "backends" else None
+        return name, {engine: _package(engine)} if engine else {}
+    place = name if ":" in name else available(group).get(name, "")
+    return name, sources_of(place.partition(":")[0]) if place else {}
+
+
+def _handed_over(part: Any) -> tuple[str, dict[str, str]]:
+    while isinstance(part, partial):
+        part = part.func
+    made_by = part if hasattr(part, "__qualname__") else type(part)  # a class, a function, or an object
+    module = str(getattr(made_by, "__module__", None) or "")
+    return f"{module}:{made_by.__qualname__}", sources_of(module)
+
+
+def _content_of(path: str | Path) -> dict[str, str]:
+    """The SHA-256 of a file and of what stands beside it under the same name, as a model's card; of none if it is none.
+
+    A number, or the name of something that is no file, is no path.
+    """
+    stem = Path(path)
+    try:
+        if not stem.is_file():
+            return {}
+        ends = {stem.suffix, ".json", ".npz"} if stem.suffix in (".json", ".npz") else {stem.suffix}
+        files = [stem.with_suffix(end) for end in sorted(ends)]
+        return {file.name: _hash(file.read_bytes()) for file in files if file.is_file()}
+    except (OSError, ValueError):
+        return {}
+
+
+def unknown_in(sources: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """A line for each part whose code cannot be known, and that has no tag: changes of it go unseen."""
+    return [
+        f"{part}: {reason.removeprefix(f'{UNKNOWN}: ')}"
+        for part, modules in sources.items()
+        for reason in modules.values()
+        if reason.startswith(UNKNOWN) and TAG not in modules
+    ]
+
+
+def sources_of(module: str) -> dict[str, str]:
+    """Fingerprints of a module, of all source files that it imports, one through the other, and of their packages.
+
+    Modules of colonysim and of Python itself are left out. What is installed counts as a package: its version and a
+    hash of its files as they were installed. Imports are found in the source text, inside functions too; a name that
+    is put together while the program runs is not seen, nor is a file that the code reads.
+
+    Args:
+        module: Its full name, as in "package.module".
+
+    Returns:
+        By name of the module or package: "sha256 ..." of a source file, "1.2.3 sha256 ..." of a package, or
+        "unknown: ..." with the reason.
+    """
+    found: dict[str, str] = {}
+    waiting = [module]
+    seen: set[str] = set()
+    while waiting:
+        name = waiting.pop()
+        if name in seen or name.partition(".")[0] == "colonysim":
+            continue
+        seen.add(name)
+        parent = name.rpartition(".")[0]
+        if parent:
+            waiting.append(parent)  # importing a module runs its packages first
+        spec = _spec(name)
+        if spec is None:
+            if name == module:
+                found[name] = f"{UNKNOWN}: {_why_not(name)}"
+            continue  # a name inside a module, or what is not installed
+        if _is_pythons(spec):
+            continue
+        owner = _owner(name, spec)
+        if owner is not None:
+            found[owner] = _package(owner)
+            continue
+        source = _content(name, spec)
+        if source is None:
+            if name == module:
+                found[name] = f"{UNKNOWN}: {_why_not(name)}"
+            continue
+        found[name] = _hash(source)
+        waiting.extend(_imports(source, name, bool(spec.submodule_search_locations)))
+    return dict(sorted(found.items()))
+
+
+def _is_pythons(spec: ModuleSpec) -> bool:
+    """Whether a module came with the interpreter; a name alone does not say so, for one's own folder goes first."""
+    if spec.origin in ("built-in", "frozen"):
+        return True
+    file = Path(spec.origin or "")
+    return any(file.is_relative_to(folder) for folder in _STANDARD) and not _INSTALLED & set(file.parts)
+
+
+def _why_not(name: str) -> str:
+    if name == "__main__":
+        return "it is defined in a session, not in a file"
+    return f"module {name!r} has no file that can be read" if name else "it does not say where it is defined"
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    """Where a module is, found without importing its packages."""
+    if name == "__main__":
+        main = getattr(sys.modules["__main__"], "__file__", None)
+        loader = importlib.machinery.SourceFileLoader(name, main) if main and Path(main).is_file() else None
+        return importlib.machinery.ModuleSpec(name, loader, origin=main) if loader else None
+    path: Sequence[str] | None = None
+    spec: ModuleSpec | None = None
+    parts = name.split(".")
+    for count in range(1, len(parts) + 1):
+        spec = _found_by_finders(".".join(parts[:count]), path)
+        if spec is None or (count < len(parts) and spec.submodule_search_locations is None):
+            return None
+        path = _folders(spec)
+    return spec
+
+
+def _folders(spec: ModuleSpec) -> list[str]:
+    locations = spec.submodule_search_locations
+    try:
+        return list(locations or ())
+    except KeyError:  # a package without a file of its own asks its parent, which nobody has imported
+        return list(getattr(locations, "_path", ()))
+
+
+def _found_by_finders(name: str, path: Sequence[str] | None) -> ModuleSpec | None:
+    for finder in sys.meta_path:
+        find = getattr(finder, "find_spec", None)
+        try:
+            spec: ModuleSpec | None = find(name, path) if find else None
+        except Exception:  # another's finder may fail in any way
+            continue
+        if spec is not None:
+            return spec
+    return None
+
+
+def _content(name: str, spec: ModuleSpec) -> bytes | None:
+    if spec.origin is not None and Path(spec.origin).is_file():
+        try:
+            return Path(spec.origin).read_bytes()
+        except OSError:
+            return None
+    if spec.origin is None and spec.submodule_search_locations is not None:
+        return b""  # a package without a file of its own
+    try:  # in an archive
+        source: str | None = spec.loader.get_source(name)  # type: ignore[union-attr]
+    except (AttributeError, ImportError, OSError, SyntaxError, UnicodeError):
+        return None
+    return None if source is None else source.encode("utf-8", "surrogatepass")
+
+
+def _imports(source: bytes, module: str, is_package: bool) -> Iterator[str]:
+    """Names of modules that a source may import; some may be names inside a module."""
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return  # a compiled module, or one that cannot be imported anyway
+    package = module if is_package else module.rpartition(".")[0]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                above = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*above, *([base] if base else [])])
+            if base:
+                yield base
+                yield from (f"{base}.{alias.name}" for alias in node.names if alias.name != "*")
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            name = node.args[0].value
+            if called in ("import_module", "__import__") and isinstance(name, str) and name.strip("."):
+                yield name  # of one that begins with a dot nothing is found
+
+
+def _owner(name: str, spec: ModuleSpec) -> str | None:
+    """Name of the installed package that a module belongs to; None of a source file, an editable package's included."""
+    places = [spec.origin] if spec.origin else _folders(spec)
+    if not any(_INSTALLED & set(Path(place).parts) for place in places):
+        return None
+    top = name.partition(".")[0]
+    for candidate in (top, *_packages_by_module().get(top, ())):
+        if _distribution(candidate) is not None:
+            return candidate
+    return None
+
+
+@cache
+def _packages_by_module() -> Mapping[str, list[str]]:
+    return packages_distributions()
+
+
+@cache
+def _distribution(name: str) -> Distribution | None:
+    try:
+        return distribution(name)
+    except (PackageNotFoundError, ValueError):
+        return None
+
+
+@cache
+def _package(name: str) -> str:
+    """Version of an installed package, and a hash of what its list of installed files says of its code."""
+    installed = _distribution(name)
+    if installed is None:
+        return "not installed"
+    lines = sorted(
+        line
+        for line in (installed.read_text("RECORD") or "").splitlines()
+        if "sha256=" in line and ".dist-info/" not in line and not line.startswith("..")
+    )
+    return f"{installed.version} {_hash(json.dumps(lines).encode())}" if lines else installed.version
+
+
+def _hash(content: bytes) -> str:
+    return f"sha256 {hashlib.sha256(content).hexdigest()[:32]}"
