@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError, TraceError
+from colonysim.files import shown_path
 from colonysim.plugins import make_backend, make_policy
 from colonysim.simulation import MODES, simulate
 from colonysim.suggest import nearest
@@ -102,7 +103,7 @@ def run(
             "backend": dict(backend_options or {}),
             "overrides": overrides or [],
             "decisions": decisions,
-            "initial": initial.path if isinstance(initial, Run) else initial,
+            "initial": _shown(initial),
         },
     )
     directory = None
@@ -112,7 +113,7 @@ def run(
         )
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
     writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
-    recorded = Run(directory, manifest, writer.results)
+    recorded = Run(directory, manifest, writer.results, scenario)
     if on_start:
         on_start(recorded)
     with writer:
@@ -130,6 +131,11 @@ def run(
             if isinstance(events, Generator):
                 events.close()  # the backend too has to end before the trace does
     return recorded
+
+
+def _shown(initial: Run | str | Path | None) -> str | None:
+    path = initial.path if isinstance(initial, Run) else initial
+    return None if path is None else shown_path(path)
 
 
 def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:

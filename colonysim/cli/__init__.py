@@ -25,9 +25,11 @@ from colonysim.cli import (
     train,
     tune,
     validate,
+    verify,
     video,
     view,
 )
+from colonysim.cli.console import say
 from colonysim.errors import ColonysimError
 
 __all__ = ["app", "main"]
@@ -49,10 +51,10 @@ class Door(TyperGroup):
         try:
             return super().invoke(ctx)
         except ColonysimError as error:
-            typer.echo(f"Error: {error}", err=True)
+            say(f"Error: {error}")
             raise SystemExit(error.exit_code) from None
         except KeyboardInterrupt:
-            typer.echo("Interrupted.", err=True)
+            say("Interrupted.")
             raise SystemExit(130) from None
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -73,7 +75,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, sweep, results, compare,
+    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare,
     tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from colonysim.cli.console import echo
+
 __all__ = ["app"]
 
 _EXAMPLES = """\b
@@ -100,4 +102,4 @@ def push(
     title = f"push {kind} · {episodes} episodes per terrain · seed {seed}"
     print_table(("terrain", ">success", ">95 % interval", ">reward"), rows, title)
     if out is not None:
-        typer.echo(f"recorded in {out}")
+        echo(f"recorded in {out}")

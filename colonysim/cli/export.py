@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from colonysim.cli.console import say
+
 __all__ = ["EXAMPLES", "command"]
 
 EXAMPLES = """\b
@@ -43,7 +45,7 @@ def command(
     from colonysim.cli.numbers import read_numbers
     from colonysim.errors import TraceError
     from colonysim.trace.export import export
-    from colonysim.trace.reader import Run
+    from colonysim.cli.opening import opened
 
     chosen = kind or _by_name(out)
     if chosen in ("parquet", "rrd") and out is None:
@@ -56,12 +58,12 @@ def command(
         if table is not None:
             raise TraceError(f"a recording is of the whole run; leave the table {table!r} out")
         assert out is not None
-        write_recording(Run.open(path), out, wanted)
-        typer.echo(str(out), err=True)
+        write_recording(opened(path), out, wanted)
+        say(str(out))
         return
-    rows = export(Run.open(path), table or "events", chosen, out, wanted)
+    rows = export(opened(path), table or "events", chosen, out, wanted)
     if out is not None:
-        typer.echo(f"{rows} rows in {out}", err=True)
+        say(f"{rows} rows in {out}")
 
 
 def _by_name(out: Path | None) -> Literal["csv", "json", "parquet", "rrd"]:

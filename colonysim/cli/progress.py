@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from colonysim.cli.console import error_console
+from colonysim.cli.console import error_console, plain
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -30,7 +30,7 @@ class Bar:
 
     def __init__(self, title: str, total: float, quiet: bool = False) -> None:
         self._console = error_console()
-        self._title = title
+        self._title = plain(title)
         self._total = total
         self._quiet = quiet
         self._begun = self._moved = time.monotonic()
@@ -48,7 +48,7 @@ class Bar:
     def line(self, text: str) -> None:
         """A line on standard error, above the bar."""
         if not self._quiet:
-            self._console.print(text, markup=False)
+            self._console.print(plain(text))
 
     def move(self, done: float) -> None:
         """Says how much of the total is done; cheap enough to be called for every event."""
@@ -75,7 +75,7 @@ class _Shown:
         self._total = total
         self._begun = begun
         self._progress = Progress(
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),
+            TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),
             TextColumn("{task.fields[clock]}"), console=console, transient=True,
         )  # fmt: skip
         self._task = self._progress.add_task(title, total=total, clock="")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.console import echo
+
 if TYPE_CHECKING:
     from colonysim.sweep.workers import Outcome
 
@@ -89,4 +91,4 @@ def command(
     for gap in made.gaps:
         say(f"missing: {gap}")
     counts = ", ".join(f"{made.verdicts[word]} {word}" for word in WORDS)
-    typer.echo(f"{counts}: {made.markdown}, {made.html}")
+    echo(f"{counts}: {made.markdown}, {made.html}")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
-from colonysim.cli.console import print_table
+from colonysim.cli.console import echo, print_table
+from colonysim.files import shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +41,7 @@ def results(run: Run) -> dict[str, Any]:
         "policy": run.manifest["policy"],
         "mode": run.manifest["mode"],
         "seed": run.manifest["seed"],
-        "out": None if run.path is None else str(run.path),
+        "out": None if run.path is None else shown_path(run.path),
         "trace_sha256": run.trace_sha256,
         "episodes": [{key: getattr(episode, key) for key in keys} for episode in run.episodes],
         "summary": {
@@ -56,8 +57,6 @@ def print_results(run: Run) -> None:
     """The same as a table for people: all episodes, and the last third if there are many."""
     from collections import Counter
 
-    import typer
-
     episodes = run.episodes
     parts = [episodes]
     if len(episodes) >= 9:
@@ -72,8 +71,8 @@ def print_results(run: Run) -> None:
     columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
     print_table(columns, rows, f"{title} · seed {manifest['seed']}")
     if run.path is not None:
-        typer.echo(f"run    {run.path}")
-    typer.echo(f"trace  {run.trace_sha256}")
+        echo(f"run    {shown_path(run.path)}")
+    echo(f"trace  {run.trace_sha256}")
 
 
 def _row(part: Sequence[EpisodeResult], endings: dict[str, int]) -> tuple[str, ...]:

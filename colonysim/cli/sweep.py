@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from colonysim.cli.console import echo
+
 if TYPE_CHECKING:
     from colonysim.sweep.workers import Outcome
 
@@ -65,6 +67,6 @@ def command(
             say(f"Interrupted; what has finished is in {out}. Run the same command again to go on.")
             raise SystemExit(130) from None
     failed = sum(store.entries[trial.identity]["status"] == "failed" for trial in planned.trials)
-    typer.echo(f"{len(planned.trials) - failed} trials succeeded, {failed} failed: {out}")
+    echo(f"{len(planned.trials) - failed} trials succeeded, {failed} failed: {out}")
     if failed:
         raise SystemExit(1)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.console import echo
+
 if TYPE_CHECKING:
     from colonysim.push.training import Progress
 
@@ -91,7 +93,7 @@ def push(
             say(f"Interrupted. {after}")
             raise SystemExit(130) from None
     if trained is not None:
-        typer.echo(f"{trained.card}: best after {trained.peak_episode} episodes")
+        echo(f"{trained.card}: best after {trained.peak_episode} episodes")
 
 
 @app.command("feasibility", epilog=_FEASIBILITY)
@@ -116,7 +118,7 @@ def feasibility(
 
     with Bar("gathering states", states, quiet) as bar:
         card = train_feasibility(out, seed, model=model, states=states, on_progress=lambda done, _: bar.move(done))
-    typer.echo(str(card))
+    echo(str(card))
 
 
 @app.command("way", epilog=_WAY)
@@ -141,4 +143,4 @@ def way(
 
     with Bar("pushing along ways", ways, quiet) as bar:
         card = train_way_chance(out, seed, model=model, ways=ways, on_progress=lambda done, _: bar.move(done))
-    typer.echo(str(card))
+    echo(str(card))

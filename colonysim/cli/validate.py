@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.console import echo
+
 if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
 
@@ -56,7 +58,7 @@ def _check(name: str, variant: str | None, settings: list[str]) -> None:
         scenario = load_scenario(name, one, settings)
         make_policy(None, scenario)
         label = name if one is None else f"{name} (variant {one})"
-        typer.echo(f"{label}: valid: {_outline(scenario)}")
+        echo(f"{label}: valid: {_outline(scenario)}")
 
 
 def _outline(scenario: Scenario) -> str:

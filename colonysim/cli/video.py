@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from colonysim.cli.console import echo
+
 __all__ = ["EXAMPLES", "command"]
 
 EXAMPLES = """\b
@@ -40,19 +42,19 @@ def command(
     """
     from colonysim.cli.extras import need
     from colonysim.cli.progress import Bar
-    from colonysim.trace.reader import Run
+    from colonysim.cli.opening import opened
 
     for package in ("matplotlib", "PIL", "av"):
         need(package, "video", "a video")
     from colonysim.video import write_video
 
-    run = Run.open(path)
+    run = opened(path)
     with Bar("filming", total=1.0) as bar:
         made = write_video(
             run, out, episode=episode, seconds=seconds, fps=fps, size=None if size is None else _size(size),
             overwrite=overwrite, progress=lambda done, total: bar.move(done / total),
         )  # fmt: skip
-    typer.echo(str(made))
+    echo(str(made))
 
 
 def _size(text: str) -> tuple[int, int]:

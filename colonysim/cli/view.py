@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+from colonysim.cli.console import echo
+from colonysim.files import shown_path
+
 __all__ = ["EXAMPLES", "command"]
 
 EXAMPLES = """\b
@@ -37,12 +40,12 @@ def command(
     rigid bodies it also shows the scene in 3D. Press ? in it for the keys.
     """
     from colonysim.cli.numbers import read_numbers
-    from colonysim.trace.reader import Run
+    from colonysim.cli.opening import opened
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)
-    page = write_page(Run.open(path), out, chosen)
-    typer.echo(str(page))
+    page = write_page(opened(path), out, chosen)
+    echo(shown_path(page))
     if not no_open:
         import webbrowser
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from colonysim.cli.console import error_console
+from colonysim.cli.console import error_console, plain
 from colonysim.cli.summary import episode_line
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ class Watch:
             self._shown = now
             self._live.update(self._picture(event.episode), refresh=True)
         if event.kind == "episode":
-            self._console.print(episode_line(run.episodes[-1]), markup=False)
+            self._console.print(plain(episode_line(run.episodes[-1])))
             self._board.reset()
 
     def _picture(self, episode: int) -> Text:
@@ -159,4 +159,4 @@ class Watch:
         )
         # The last lines must fit under the map, or the terminal would scroll.
         picture = board.draw(console.width, max(console.height - 5, 4))
-        return Text("\n").join([picture, Text(""), Text(status, "bold"), Text(board.said, QUIET)])
+        return Text("\n").join([picture, Text(""), Text(status, "bold"), Text(plain(board.said), QUIET)])

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
+from urllib.parse import quote
 
 from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.files import replacing
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
@@ -17,12 +20,17 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
 
-KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes", "waiting", "workload", "fates")
-"""What can be drawn of the run of a colony."""
+FIELDS = ("D", "E", "H", "B")
+"""The paper's pheromone fields."""
+KINDS = (*FIELDS, "map", "trajectories", "episodes", "waiting", "workload", "fates")
+"""What can be drawn of the run of a colony, besides fields of others."""
 PUSH_KINDS = ("trajectories", "samples")
 """What can be drawn of a run of single pushes."""
 _MOST_PANELS = 6
 _MOST_BOXES = 6
+_MOST_CHOSEN = 60
+_MOST_INCHES = 200
+"""Longest side of an image."""
 
 
 def draw(
@@ -40,12 +48,13 @@ def draw(
 
     Args:
         run: The run.
-        what: Any of `KINDS` (by default all), or another field of the run by its name; of a run of single
-            pushes any of `PUSH_KINDS`.
+        what: Any of `KINDS`, or another field of the run by its name; by default everything that the run has. Of a
+            run of single pushes any of `PUSH_KINDS`.
         episodes: The panels of fields and trajectories; by default up to six, from the first to the last. Of a
             run of single pushes those that are drawn; by default the first six of each terrain.
-        hole: Node of the hole whose H is drawn; by default an image for each hole.
-        box: The box whose B is drawn; by default an image for each of the first six.
+        hole: Node of the hole whose H (or another field with a value for each hole) is drawn; by default an image for
+            each hole.
+        box: The box whose B (or another field of boxes) is drawn; by default an image for each of the first six.
         out: Where to put the images; by default `plots` in the run directory.
         kind: File format.
         dpi: Pixels an inch.
@@ -60,16 +69,21 @@ def draw(
             raise ColonysimError("a run of single pushes has no pheromones, hence neither hole nor box to choose")
         jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
     else:
-        jobs = _jobs(run, KINDS if what is None else what, _episodes(run, episodes), hole, box)
+        run.check_places("events", "frames", "poses")
+        jobs = _jobs(run, what, _episodes(run, episodes), hole, box)
     if out is None:
         if run.path is None:
             raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
         out = run.path / "plots"
+    import matplotlib
+
     images = []
-    for name, make in jobs:
-        path = Path(out) / f"{name}.{kind}"
-        save(make(), path, kind, dpi)
-        images.append(path)
+    # A name with two dollar signs is a name, no formula.
+    with matplotlib.rc_context({"text.parse_math": False}):
+        for name, make in jobs:
+            path = Path(out) / f"{name}.{kind}"
+            save(make(), path, kind, dpi)
+            images.append(path)
     return images
 
 
@@ -120,7 +134,7 @@ def _need_matplotlib() -> None:
 
 
 def _jobs(
-    run: Run, what: Sequence[str], episodes: Sequence[int], hole: int | None, box: int | None
+    run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None
 ) -> list[tuple[str, Callable[[], Figure]]]:
     """File name and drawing function of each image; every mistake is found before the first is drawn."""
     from colonysim.plots.fates import fates_figure
@@ -137,7 +151,11 @@ def _jobs(
         raise ColonysimError(f"no hole at node {hole}; {nearest(str(hole), map(str, holes))}")
     if box is not None and not 0 <= box < len(scenario.boxes):
         raise ColonysimError(f"no box {box}; the boxes are 0 to {len(scenario.boxes) - 1}")
-    known = {*KINDS, *run.table("frames")["field"].unique().to_pylist()}
+    fields = _fields(run)
+    others = [word for word in KINDS if word not in FIELDS]
+    if what is None:
+        what = [*fields, *(word for word in others if word not in fields)]
+    known = {*fields, *others}
     whole = {"episodes": results_figure, "workload": workload_figure, "fates": fates_figure}
     jobs: list[tuple[str, Callable[[], Figure]]] = []
     for word in what:
@@ -151,15 +169,27 @@ def _jobs(
             jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1])))
         elif word in whole:
             jobs.append((word, lambda make=whole[word]: make(run)))  # type: ignore[misc]
-        elif word == "H":
+        elif fields[word] == "hole":
             for node in holes if hole is None else [hole]:
-                jobs.append((f"H-hole{node}", lambda node=node: hole_figure(run, node, episodes)))  # type: ignore[misc]
-        elif word == "B":
+                make = partial(hole_figure, run, word, node, episodes)
+                jobs.append((f"{quote(word, safe='')}-hole{node}", make))
+        elif fields[word] == "box":
             for number in range(len(scenario.boxes))[:_MOST_BOXES] if box is None else [box]:
-                jobs.append((f"B-box{number}", lambda number=number: box_figure(run, number, episodes)))  # type: ignore[misc]
+                jobs.append((f"{quote(word, safe='')}-box{number}", partial(box_figure, run, word, number, episodes)))
         else:
-            jobs.append((word, lambda word=word: node_figure(run, word, episodes)))  # type: ignore[misc]
+            jobs.append((quote(word, safe=""), partial(node_figure, run, word, episodes)))
     return jobs
+
+
+def _fields(run: Run) -> dict[str, Literal["node", "hole", "box"]]:
+    """The pheromone fields of a run, ours first, and what a value of each belongs to; by its rows and its manifest."""
+    import pyarrow.compute as pc
+
+    frames = run.table("frames")
+    keyed = set(frames.filter(pc.greater_equal(frames["key"], 0))["field"].unique().to_pylist()) | {"H"}
+    there = {*run.manifest.get("fields", {}), *frames["field"].unique().to_pylist()}
+    order = [*(name for name in FIELDS if name in there), *sorted(there.difference(FIELDS))]
+    return {name: "box" if run.by_box(name) else "hole" if name in keyed else "node" for name in order}
 
 
 def _push_jobs(run: Run, what: Sequence[str], episodes: Sequence[int] | None) -> list[tuple[str, Callable[[], Figure]]]:
@@ -190,6 +220,8 @@ def _episodes(run: Run, wanted: Sequence[int] | None) -> list[int]:
     for number in wanted:
         if number not in there:
             raise ColonysimError(f"no episode {number} in this run; it has {there[0]} to {there[-1]}")
+    if len(wanted) > _MOST_CHOSEN:
+        raise ColonysimError(f"{len(wanted)} episodes are more than one image holds; choose at most {_MOST_CHOSEN}")
     return list(wanted)
 
 
@@ -199,12 +231,9 @@ def save(figure: Figure, path: Path, kind: str, dpi: float = 130) -> None:
     Raises:
         ColonysimError: It cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.tmp")
     # Without dates in the files the same run gives the same bytes.
     metadata = {"png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    if max(figure.get_size_inches()) > _MOST_INCHES:
+        raise ColonysimError(f"{path}: would be more than {_MOST_INCHES} inches large; choose fewer episodes")
+    with replacing(path) as temporary:
         figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)
-        temporary.replace(path)
-    except OSError as error:
-        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from error

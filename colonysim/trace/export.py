@@ -5,16 +5,17 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
+import math
 import sys
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.errors import TraceError
+from colonysim.files import replacing
 from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterator
     from pathlib import Path
 
     from colonysim.trace.reader import Run
@@ -23,6 +24,7 @@ __all__ = ["KINDS", "export"]
 
 KINDS: tuple[Kind, ...] = ("csv", "json", "parquet")
 Kind = Literal["csv", "json", "parquet"]
+_AT_A_TIME = 4096
 
 
 def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collection[int] | None = None) -> int:
@@ -50,30 +52,40 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
 
         rows = rows.filter(pc.is_in(rows["episode"], pa.array(sorted(episodes), type=pa.int64())))
     if out is None:
-        sys.stdout.write(_text(rows, kind))
+        for text in _texts(rows, kind):
+            sys.stdout.write(text)
         return int(rows.num_rows)
-    temporary = out.with_name(f".{out.name}.tmp")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(out, TraceError) as temporary:
         if kind == "parquet":
             import pyarrow.parquet as pq
 
             pq.write_table(rows, temporary)
         else:
-            temporary.write_text(_text(rows, kind), encoding="utf-8", newline="")
-        os.replace(temporary, out)  # noqa: PTH105
-    except OSError as error:
-        raise TraceError(f"{out}: cannot be written: {error.strerror or error}") from error
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                file.writelines(_texts(rows, kind))
     return int(rows.num_rows)
 
 
-def _text(rows: Any, kind: Kind) -> str:
+def _texts(rows: Any, kind: Kind) -> Iterator[str]:
+    """The file, some thousand rows at a time."""
+    batches = rows.to_batches(max_chunksize=_AT_A_TIME)
     if kind == "json":
-        return json.dumps(rows.to_pylist(), ensure_ascii=False, indent=1) + "\n"
+        before = "["
+        for batch in batches:
+            for row in batch.to_pylist():
+                # JSON has no number that is not finite.
+                whole = {n: None if isinstance(v, float) and not math.isfinite(v) else v for n, v in row.items()}
+                yield f"{before}\n {json.dumps(whole, ensure_ascii=False)}"
+                before = ","
+        yield "[]\n" if before == "[" else "\n]\n"
+        return
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(rows.column_names)
-    columns = [column.to_pylist() for column in rows.columns]
-    for row in zip(*columns, strict=True):
-        writer.writerow([" ".join(map(str, value)) if isinstance(value, list) else value for value in row])
-    return text.getvalue()
+    for batch in batches:
+        for row in zip(*(column.to_pylist() for column in batch.columns), strict=True):
+            writer.writerow([" ".join(map(str, value)) if isinstance(value, list) else value for value in row])
+        yield text.getvalue()
+        text.seek(0)
+        text.truncate()
+    yield text.getvalue()

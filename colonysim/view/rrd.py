@@ -8,6 +8,7 @@ import numpy as np
 
 from colonysim.backends.layout import lay_out
 from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.files import replacing
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
@@ -48,20 +49,16 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
         raise MissingExtraError(
             "a Rerun recording needs rerun-sdk, which is not installed: pip install 'colonysim[rerun]'"
         ) from None
+    run.check_places("events", "poses")
     results = [each for each in run.episodes if episodes is None or each.episode in set(episodes)]
     if not results:
         raise ColonysimError(f"{run.path}: no such complete episode, so there is nothing to record")
-    temporary = out.with_name(f".{out.name}.tmp")
     stream = rerun.RecordingStream("colonysim", recording_id=str(run.trace_sha256 or run.path), send_properties=False)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(out) as temporary:
         stream.save(temporary)
         _Recording(rerun, stream, run, results).write()
         stream.flush()
         stream.disconnect()
-        temporary.replace(out)
-    except OSError as error:
-        raise ColonysimError(f"{out}: cannot be written: {error.strerror or error}") from error
 
 
 class _Recording:
