@@ -15,7 +15,7 @@ from colonysim.errors import ColonysimError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["read_file", "read_json", "replace_file", "replacing", "shown_path"]
+__all__ = ["found_at", "read_file", "read_json", "replace_file", "replacing", "shown_path"]
 
 MAX_BYTES = 512 * 2**20
 """Largest file that is read, unless the reader of its kind says otherwise."""
@@ -146,6 +146,13 @@ def _check_text(value: Any, path: Path, where: str, error: type[ColonysimError],
         for number, item in enumerate(value):
             if isinstance(item, (str, dict, list)):
                 _check_text(item, path, f"{where}.{number}", error, depth + 1)
+
+
+def found_at(value: Any, path: str) -> Any:
+    """What is at a dotted path within nested mappings, such as "how.seed"; None where there is nothing."""
+    for name in path.split("."):
+        value = value.get(name) if isinstance(value, dict) else None
+    return value
 
 
 def shown_path(path: str | Path) -> str:

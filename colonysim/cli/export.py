@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from colonysim.cli.console import say
+from colonysim.cli.console import plain, say
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -61,7 +62,9 @@ def command(
         write_recording(opened(path), out, wanted)
         say(str(out))
         return
-    rows = export(opened(path), table or "events", chosen, out, wanted)
+    # A file or a program gets every character as it is, a terminal none that commands it.
+    through = plain if sys.stdout.isatty() else str
+    rows = export(opened(path), table or "events", chosen, out, wanted, through)
     if out is not None:
         say(f"{rows} rows in {out}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -89,11 +90,11 @@ def draw(
 
 def is_training(folder: Path) -> bool:
     """Whether a folder is one that `colonysim train push` or `colonysim train way` wrote to."""
-    return (folder / "history.json").is_file() or _is_fit(folder)
+    return os.path.lexists(folder / "history.json") or _is_fit(folder)
 
 
 def _is_fit(folder: Path) -> bool:
-    return (folder / "ways.jsonl").is_file()
+    return os.path.lexists(folder / "ways.jsonl")
 
 
 def draw_training(
@@ -114,13 +115,16 @@ def draw_training(
         ColonysimError: There is nothing to draw, or the image cannot be written.
     """
     _need_matplotlib()
+    import matplotlib
+
     from colonysim.plots.calibration import calibration_figure
     from colonysim.plots.learning import learning_figure
 
     folder = Path(folder)
     name, make = ("calibration", calibration_figure) if _is_fit(folder) else ("learning", learning_figure)
     path = (folder / "plots" if out is None else Path(out)) / f"{name}.{kind}"
-    save(make(folder), path, kind)
+    with matplotlib.rc_context({"text.parse_math": False}):
+        save(make(folder), path, kind)
     return [path]
 
 

@@ -12,6 +12,7 @@ from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.simulation.episode import Episode
 from colonysim.trace.rows import Rows
+from colonysim.trace.writer import TraceWriter
 from colonysim.world.state import World
 
 if TYPE_CHECKING:
@@ -70,6 +71,8 @@ def simulate(
     chosen = make_policy(policy, scenario)
     world = World(scenario)
     fields = chosen.fields(world)
+    if isinstance(sink, TraceWriter):
+        sink.describe({name: bool(field.by_box) for name, field in fields.items()})
     if initial:
         _load_fields(world, fields, initial)
     body = make_backend(backend, backend_options)

@@ -15,7 +15,7 @@ from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator
     from pathlib import Path
 
     from colonysim.trace.reader import Run
@@ -27,7 +27,14 @@ Kind = Literal["csv", "json", "parquet"]
 _AT_A_TIME = 4096
 
 
-def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collection[int] | None = None) -> int:
+def export(
+    run: Run,
+    table: str,
+    kind: Kind,
+    out: Path | None,
+    episodes: Collection[int] | None = None,
+    through: Callable[[str], str] = str,
+) -> int:
     """Writes a table of a run.
 
     Args:
@@ -36,6 +43,7 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
         kind: "csv" (lists as numbers parted by spaces), "json" (one list of objects) or "parquet".
         out: The file; replaced in one step. None for standard output.
         episodes: Only these.
+        through: What text for standard output passes before it is written.
 
     Returns:
         The number of rows.
@@ -53,7 +61,7 @@ def export(run: Run, table: str, kind: Kind, out: Path | None, episodes: Collect
         rows = rows.filter(pc.is_in(rows["episode"], pa.array(sorted(episodes), type=pa.int64())))
     if out is None:
         for text in _texts(rows, kind):
-            sys.stdout.write(text)
+            sys.stdout.write(through(text))
         return int(rows.num_rows)
     with replacing(out, TraceError) as temporary:
         if kind == "parquet":

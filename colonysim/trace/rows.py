@@ -235,8 +235,6 @@ class Rows:
 
     def close(self, fields: Mapping[str, Field], result: EpisodeResult) -> None:
         """The episode has ended: a key frame of every field, and the result."""
-        if self._writer is not None:
-            self._writer.describe({name: bool(field.by_box) for name, field in fields.items()})
         if self._write:
             for name, field in fields.items():
                 for node, key, value in field.frame():
