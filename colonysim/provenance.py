@@ -252,7 +252,8 @@ def _owner(name: str, spec: ModuleSpec) -> str | None:
     if not any(_INSTALLED & set(Path(place).parts) for place in places):
         return None
     top = name.partition(".")[0]
-    for candidate in (top, *_packages_by_module().get(top, ())):
+    candidates: tuple[str, ...] = (top, *_packages_by_module().get(top, ()))
+    for candidate in candidates:
         if _distribution(candidate) is not None:
             return candidate
     return None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, TraceError
+from colonysim.files import shown_path
 from colonysim.plugins import make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.provenance import parts_of
@@ -113,7 +114,7 @@ def run(
             "backend": dict(backend_options or {}),
             "overrides": scenario.settings,
             "decisions": decisions,
-            "initial": initial.path if isinstance(initial, Run) else initial,
+            "initial": _shown(initial),
         },
     )
     directory, made = None, _absent(Path("runs") if out is None else Path(out))
@@ -123,7 +124,7 @@ def run(
         directory = prepare_directory(None if out is None else Path(out), manifest)
     drop: tuple[Table, ...] = () if decisions else ("decisions",)
     writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
-    recorded = Run(directory, manifest, writer.results)
+    recorded = Run(directory, manifest, writer.results, scenario)
     try:
         with writer:
             if on_start:
@@ -159,6 +160,11 @@ def _take_back(directory: Path, made: Sequence[Path]) -> None:
         (directory / MANIFEST).unlink()
         for folder in made:
             folder.rmdir()
+
+
+def _shown(initial: Run | str | Path | None) -> str | None:
+    path = initial.path if isinstance(initial, Run) else initial
+    return None if path is None else shown_path(path)
 
 
 def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:

@@ -13,8 +13,9 @@ Row = tuple[Table, tuple[object, ...]]
 
 def manifest(**changes: Any) -> dict[str, Any]:
     return {
-        "format": "colonysim run", "schema": 1, "status": "running", "name": "tiny", "rows": {},
-        "trace_sha256": None, "scenario": {},
+        "format": "colonysim run", "schema": 1, "status": "running", "name": "tiny", "variant": None, "backend": "mock",
+        "policy": "random", "mode": "asynchronous", "episodes": 3, "seed": 0, "options": {}, "rows": {},
+        "trace_sha256": None, "versions": {}, "scenario": None,
     } | changes  # fmt: skip
 
 

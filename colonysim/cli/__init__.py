@@ -27,6 +27,7 @@ from colonysim.cli import (
     train,
     tune,
     validate,
+    verify,
     video,
     view,
 )
@@ -67,7 +68,7 @@ class Door(TyperGroup):
         """Runs the command that was asked for."""
         with told_when_stopped(lambda: "Interrupted."), warnings.catch_warnings():
             warnings.simplefilter("always", ColonysimWarning)
-            warnings.showwarning = _show_warning
+            warnings.showwarning = _show_warning  # type: ignore[assignment]
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -79,9 +80,9 @@ class Door(TyperGroup):
 def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Ours without the place in the code; it is about the user's files."""
     if issubclass(category, ColonysimWarning):
-        typer.echo(f"Warning: {message}", err=True)
+        say(f"Warning: {message}")
     else:
-        typer.echo(warnings.formatwarning(message, category, *where[:2]), err=True, nl=False)
+        say(warnings.formatwarning(message, category, *where[:2]).rstrip())
 
 
 app = typer.Typer(
@@ -96,7 +97,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, sweep, results, compare,
+    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare,
     tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]

@@ -41,8 +41,13 @@ def command(
     """
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
+    from colonysim.cli.opening import opened
     from colonysim.sweep.comparing import compare
+    from colonysim.trace.manifest import is_run
 
+    for path in paths:
+        if is_run(path):
+            opened(path)  # tells of those that are not finished
     found = compare(paths, by=by, episodes=read_span(episodes))
     if as_json:
         print_json([_as_json(each) for each in found])

@@ -1,8 +1,13 @@
-"""Where words go: results to standard output, everything else to standard error."""
+"""Where words go: results to standard output, everything else to standard error; and none of them commands a terminal.
+
+Names, reasons and paths come from files that somebody else may have written. Whatever is printed passes `plain`, on
+its way through one of the functions below, so that no control character of theirs reaches a terminal.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 from typing import TYPE_CHECKING, Any
@@ -18,7 +23,9 @@ __all__ = ["error_console", "on_terminal", "print_json", "print_result", "print_
 
 # Control characters but for ends of lines and tabs, marks that turn or break a line, and halves of pairs, which is how
 # Python keeps the bytes of a path that are no text.
-_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_CONTROL = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff\ufff9-\ufffb]"
+)
 
 
 def visible(text: str) -> str:
@@ -32,7 +39,7 @@ def visible(text: str) -> str:
 
 
 def error_console() -> Console:
-    """A console on standard error."""
+    """A console on standard error, for texts that have passed `plain`; it takes nothing in them for markup."""
     from rich.console import Console
 
     return Console(stderr=True, highlight=False, markup=False, emoji=False)
@@ -60,9 +67,27 @@ def print_text(text: str) -> None:
 
 
 def print_json(value: Any) -> None:
-    """One JSON value on standard output, and nothing else."""
-    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    """One JSON value on standard output, and nothing else; of a number that is not finite, null."""
+    text = json.dumps(_for_json(value), indent=2, ensure_ascii=False, allow_nan=False)
+    # JSON writes every one of them so that it means the same.
     typer.echo(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
+
+
+def _for_json(value: Any) -> Any:
+    """The same in types that JSON knows: dates and the like as text, decimals as numbers."""
+    from decimal import Decimal
+
+    if isinstance(value, Decimal):
+        value = int(value) if value.is_finite() and value == value.to_integral_value() else float(value)
+    if value is None or isinstance(value, (str, bool, int)):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {str(key): _for_json(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [_for_json(item) for item in value]
+    return value.hex() if isinstance(value, bytes) else str(value)
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str | None = None) -> None:
@@ -76,7 +101,7 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
         shown, right = visible(name.lstrip(">")), name.startswith(">")
         table.add_column(shown, justify="right" if right else "left", overflow="fold")
     for row in rows:
-        table.add_row(*map(visible, row))
+        table.add_row(*(visible(cell).replace("\n", "\\n") for cell in row))
     # A pipe has no width: lines must not be broken there.
     wide = None if sys.stdout.isatty() else 200
     console = Console(highlight=False, markup=False, emoji=False, width=wide)

@@ -42,9 +42,9 @@ def command(
     """
     from colonysim.cli.console import print_text, say
     from colonysim.cli.numbers import read_numbers
+    from colonysim.cli.opening import opened
     from colonysim.errors import TraceError
-    from colonysim.trace.export import as_text, export
-    from colonysim.trace.reader import Run
+    from colonysim.trace.export import as_texts, export
 
     chosen = kind or _by_name(out)
     wanted = None if episodes is None else read_numbers(episodes)
@@ -52,17 +52,18 @@ def command(
         if chosen in ("parquet", "rrd"):
             name = "Parquet file" if chosen == "parquet" else "recording"
             raise TraceError(f"a {name} cannot go to standard output; add --out FILE")
-        print_text(as_text(Run.open(path), table or "events", "json" if chosen == "json" else "csv", wanted))
+        for text in as_texts(opened(path), table or "events", "json" if chosen == "json" else "csv", wanted):
+            print_text(text)
         return
     if chosen == "rrd":
         from colonysim.view.rrd import write_recording
 
         if table is not None:
             raise TraceError(f"a recording is of the whole run; leave the table {table!r} out")
-        write_recording(Run.open(path), out, wanted)
+        write_recording(opened(path), out, wanted)
         say(str(out))
         return
-    rows = export(Run.open(path), table or "events", chosen, out, wanted)
+    rows = export(opened(path), table or "events", chosen, out, wanted)
     say(f"{rows} rows in {out}")
 
 

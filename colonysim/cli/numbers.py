@@ -19,10 +19,10 @@ def read_numbers(text: str) -> tuple[int, ...]:
     """
     numbers: list[int] = []
     for part in text.split(","):
-        match = re.fullmatch(r"\s*(\d{1,9})\s*(?:-\s*(\d{1,9})\s*)?", part)
+        match = re.fullmatch(r"\s*([0-9]{1,9})\s*(?:-\s*([0-9]{1,9})\s*)?", part)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
         if not 0 <= last - first < 100_000:
-            raise typer.BadParameter(f"{text!r} is no list of numbers; expected one such as 1,3,10 or 1-5")
+            raise typer.BadParameter(f"{text[:40]!r} is no list of numbers; expected one such as 1,3,10 or 1-5")
         numbers.extend(range(first, last + 1))
     return tuple(dict.fromkeys(numbers))
 
@@ -35,7 +35,8 @@ def read_span(text: str | None) -> tuple[int, int] | None:
     """
     if text is None:
         return None
-    first, _, last = text.partition("-")
-    if not (first.isdigit() and (last or first).isdigit()):
-        raise ColonysimError(f"--episodes {text}: expected a number, or two such as 11-20")
-    return int(first), int(last or first)
+    match = re.fullmatch(r"\s*([0-9]{1,9})\s*(?:-\s*([0-9]{1,9})\s*)?", text)
+    first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+    if last < first:
+        raise ColonysimError(f"--episodes {text[:40]}: expected a number, or two such as 11-20")
+    return first, last

@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from colonysim.files import shown_path
+
 __all__ = ["EXAMPLES", "command"]
 
 EXAMPLES = """\b
@@ -63,7 +65,7 @@ def command(
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need
     from colonysim.cli.numbers import read_numbers
-    from colonysim.trace.reader import Run
+    from colonysim.cli.opening import opened
 
     need("matplotlib", "plot", "drawing")
     from colonysim.errors import ColonysimError
@@ -78,6 +80,6 @@ def command(
             raise ColonysimError(f"{path}: a training, of which there is one image only; leave the choice out")
         images = draw_training(path, out=out, kind=kind)
     else:
-        images = draw(Run.open(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
+        images = draw(opened(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
     for image in images:
-        print_result(str(image))
+        print_result(shown_path(image))

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from colonysim.files import shown_path
+
 if TYPE_CHECKING:
     from colonysim.trace.failures import Attempts, Grouping
     from colonysim.trace.reader import Run
@@ -41,10 +43,10 @@ def command(
     """
     from colonysim.cli.console import print_json
     from colonysim.cli.numbers import read_numbers
+    from colonysim.cli.opening import opened
     from colonysim.trace.failures import attempts
-    from colonysim.trace.reader import Run
 
-    run = Run.open(path)
+    run = opened(path)
     found = attempts(run, None if episodes is None else read_numbers(episodes))
     if as_json:
         print_json(_as_json(run, found, by))
@@ -56,7 +58,7 @@ def _as_json(run: Run, found: Attempts, by: Grouping) -> dict[str, Any]:
     """Nodes, boxes and holes by their numbers in the scenario's file; null for none."""
     manifest = run.manifest
     return {
-        "run": str(run.path),
+        "run": None if run.path is None else shown_path(run.path),
         "scenario": manifest["name"],
         "backend": manifest["backend"],
         "policy": manifest["policy"],
@@ -107,7 +109,7 @@ def _print(run: Run, found: Attempts, by: Grouping) -> None:
 
     manifest, counts, episodes = run.manifest, found.counts, len(found.episodes)
     tried = ", ".join(f"{action} {count}" for action, count in counts.items())
-    unfinished = "" if run.status == "finished" else f" · {run.status}"
+    unfinished = f" · {run.shortfall}" if run.shortfall else ""
     print_result(
         f"{manifest['name']} · {manifest['backend']} · {manifest['policy']} · seed {manifest['seed']}{unfinished}: "
         f"{len(found.failures)} of {sum(counts.values())} attempts failed in "

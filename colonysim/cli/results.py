@@ -35,7 +35,7 @@ def command(
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
     from colonysim.errors import ColonysimError
-    from colonysim.sweep.tables import query, read_table, summary
+    from colonysim.sweep.tables import query, read_tables, summary
 
     if sql is not None:
         if by or episodes is not None:
@@ -46,7 +46,7 @@ def command(
         else:
             print_table(names, [["" if v is None else str(v) for v in row] for row in rows])
         return
-    found = summary(read_table(directory, "trials"), read_table(directory, "episodes"), by, read_span(episodes))
+    found = summary(*read_tables(directory), by, read_span(episodes))
     if as_json:
         print_json(found)
         return

@@ -6,6 +6,7 @@ from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
 from colonysim.cli.console import print_result, print_table
+from colonysim.files import shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +41,7 @@ def results(run: Run) -> dict[str, Any]:
         "policy": run.manifest["policy"],
         "mode": run.manifest["mode"],
         "seed": run.manifest["seed"],
-        "out": None if run.path is None else str(run.path),
+        "out": None if run.path is None else shown_path(run.path),
         "trace_sha256": run.trace_sha256,
         "episodes": [{key: getattr(episode, key) for key in keys} for episode in run.episodes],
         "summary": {
@@ -70,7 +71,7 @@ def print_results(run: Run) -> None:
     columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
     print_table(columns, rows, f"{title} · seed {manifest['seed']}")
     if run.path is not None:
-        print_result(f"run    {run.path}")
+        print_result(f"run    {shown_path(run.path)}")
     print_result(f"trace  {run.trace_sha256}")
 
 

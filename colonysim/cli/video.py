@@ -40,14 +40,14 @@ def command(
     """
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need
+    from colonysim.cli.opening import opened
     from colonysim.cli.progress import Bar
-    from colonysim.trace.reader import Run
 
     for package in ("matplotlib", "PIL", "av"):
         need(package, "video", "a video")
     from colonysim.video import write_video
 
-    run = Run.open(path)
+    run = opened(path)
     with Bar("filming", total=1.0) as bar:
         made = write_video(
             run, out, episode=episode, seconds=seconds, fps=fps, size=None if size is None else _size(size),

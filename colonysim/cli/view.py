@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from colonysim.files import shown_path
+
 __all__ = ["EXAMPLES", "command"]
 
 EXAMPLES = """\b
@@ -38,12 +40,12 @@ def command(
     """
     from colonysim.cli.console import print_result
     from colonysim.cli.numbers import read_numbers
-    from colonysim.trace.reader import Run
+    from colonysim.cli.opening import opened
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)
-    page = write_page(Run.open(path), out, chosen)
-    print_result(str(page))
+    page = write_page(opened(path), out, chosen)
+    print_result(shown_path(page))
     if not no_open:
         import webbrowser
 

@@ -160,4 +160,4 @@ class Watch:
         )
         # The last lines must fit under the map, or the terminal would scroll.
         picture = board.draw(console.width, max(console.height - 5, 4))
-        return Text("\n").join([picture, Text(""), Text(status, "bold"), Text(board.said, QUIET)])
+        return Text("\n").join([picture, Text(""), Text(status, "bold"), Text(visible(board.said), QUIET)])

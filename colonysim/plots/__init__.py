@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
+from urllib.parse import quote
 
 from colonysim.arguments import MAX_SEED, real, whole, wholes
 from colonysim.errors import ColonysimError, MissingExtraError
@@ -19,8 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
 
-KINDS = ("D", "E", "H", "B", "map", "trajectories", "episodes", "waiting", "workload", "fates")
-"""What can be drawn of the run of a colony."""
+FIELDS = ("D", "E", "H", "B")
+"""The paper's pheromone fields."""
+KINDS = (*FIELDS, "map", "trajectories", "episodes", "waiting", "workload", "fates")
+"""What can be drawn of the run of a colony, besides fields of others."""
 PUSH_KINDS = ("trajectories", "samples")
 """What can be drawn of a run of single pushes."""
 _WHOLE = ("episodes", "workload", "fates")
@@ -32,6 +37,9 @@ _METADATA: dict[str, dict[str, str | None]] = {
 _DPI = (10.0, 2400.0)
 _MOST_PANELS = 6
 _MOST_BOXES = 6
+_MOST_CHOSEN = 60
+_MOST_INCHES = 200
+"""Longest side of an image."""
 
 
 def draw(
@@ -49,13 +57,15 @@ def draw(
 
     Args:
         run: The run.
-        what: Any of `KINDS` (by default all), or another field of the run by its name; of a run of single
-            pushes any of `PUSH_KINDS`.
+        what: Any of `KINDS`, or another field of the run by its name; by default everything that the run has. Of a
+            run of single pushes any of `PUSH_KINDS`.
         episodes: The panels of fields and trajectories; by default up to six, from the first to the last. The map
             and the waiting are those of the last of them. Of a run of single pushes those that are drawn; by default
             the first six of each terrain.
-        hole: Node of the hole whose H is drawn; by default an image for each hole. Only with H.
-        box: The box whose B is drawn; by default an image for each of the first six. Only with B.
+        hole: Node of the hole whose H (or another field with a value for each hole) is drawn; by default an image for
+            each hole. Only with such a field.
+        box: The box whose B (or another field of boxes) is drawn; by default an image for each of the first six. Only
+            with such a field.
         out: Where to put the images; by default `plots` in the run directory.
         kind: File format.
         dpi: Pixels an inch, 10 to 2,400.
@@ -76,16 +86,21 @@ def draw(
     else:
         if episodes is not None and what is not None and set(what) <= set(_WHOLE):
             raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
-        jobs = _jobs(run, KINDS if what is None else what, _episodes(run, episodes), hole, box)
+        run.check_places("events", "frames", "poses")
+        jobs = _jobs(run, what, _episodes(run, episodes), hole, box)
     if out is None:
         if run.path is None:
             raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
         out = run.path / "plots"
+    import matplotlib
+
     images = []
-    for name, make in jobs:
-        path = Path(out) / f"{name}.{kind}"
-        save(make(), path, kind, dpi)
-        images.append(path)
+    # A name with two dollar signs is a name, no formula.
+    with matplotlib.rc_context({"text.parse_math": False}):
+        for name, make in jobs:
+            path = Path(out) / f"{name}.{kind}"
+            save(make(), path, kind, dpi)
+            images.append(path)
     return images
 
 
@@ -98,11 +113,11 @@ def _words(what: Sequence[str]) -> tuple[str, ...]:
 
 def is_training(folder: Path) -> bool:
     """Whether a folder is one that `colonysim train push` or `colonysim train way` wrote to."""
-    return (folder / "history.json").is_file() or _is_fit(folder)
+    return os.path.lexists(folder / "history.json") or _is_fit(folder)
 
 
 def _is_fit(folder: Path) -> bool:
-    return (folder / "ways.jsonl").is_file()
+    return os.path.lexists(folder / "ways.jsonl")
 
 
 def draw_training(
@@ -123,13 +138,16 @@ def draw_training(
         ColonysimError: There is nothing to draw, or the image cannot be written.
     """
     _need_matplotlib()
+    import matplotlib
+
     from colonysim.plots.calibration import calibration_figure
     from colonysim.plots.learning import learning_figure
 
     folder = Path(folder)
     name, make = ("calibration", calibration_figure) if _is_fit(folder) else ("learning", learning_figure)
     path = (folder / "plots" if out is None else Path(out)) / f"{name}.{kind}"
-    save(make(folder), path, kind)
+    with matplotlib.rc_context({"text.parse_math": False}):
+        save(make(folder), path, kind)
     return [path]
 
 
@@ -143,7 +161,7 @@ def _need_matplotlib() -> None:
 
 
 def _jobs(
-    run: Run, what: Sequence[str], episodes: Sequence[int], hole: int | None, box: int | None
+    run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None
 ) -> list[tuple[str, Callable[[], Figure]]]:
     """File name and drawing function of each image; every mistake is found before the first is drawn."""
     from colonysim.plots.fates import fates_figure
@@ -154,10 +172,6 @@ def _jobs(
     from colonysim.plots.waiting import waiting_figure
     from colonysim.plots.workload import workload_figure
 
-    if what is not None:
-        for given, needed in ((hole, "H"), (box, "B")):
-            if given is not None and needed not in what:
-                raise ColonysimError(f"{'hole' if needed == 'H' else 'box'} {given}: only with {needed}, which is not drawn")
     scenario = run.scenario
     holes = [scenario.topology.ids[each.node] for each in scenario.holes]
     if hole is not None and whole("hole", hole, 0, MAX_SEED) not in holes:
@@ -165,7 +179,14 @@ def _jobs(
     if box is not None and whole("box", box, 0) >= len(scenario.boxes):
         there = f"the boxes are 0 to {len(scenario.boxes) - 1}" if scenario.boxes else "the run has none"
         raise ColonysimError(f"no box {box}; {there}")
-    known = {*KINDS, *run.table("frames")["field"].unique().to_pylist()}
+    fields = _fields(run)
+    for given, key in ((hole, "hole"), (box, "box")):
+        if given is not None and what is not None and not any(fields.get(word) == key for word in what):
+            raise ColonysimError(f"{key} {given}: only with a field that has a value for each {key}, and none is drawn")
+    others = [word for word in KINDS if word not in FIELDS]
+    if what is None:
+        what = [*fields, *(word for word in others if word not in fields)]
+    known = {*fields, *others}
     of_run = dict(zip(_WHOLE, (results_figure, workload_figure, fates_figure), strict=True))
     jobs: list[tuple[str, Callable[[], Figure]]] = []
     for word in what:
@@ -179,15 +200,27 @@ def _jobs(
             jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1])))
         elif word in of_run:
             jobs.append((word, lambda make=of_run[word]: make(run)))  # type: ignore[misc]
-        elif word == "H":
+        elif fields[word] == "hole":
             for node in holes if hole is None else [hole]:
-                jobs.append((f"H-hole{node}", lambda node=node: hole_figure(run, node, episodes)))  # type: ignore[misc]
-        elif word == "B":
+                make = partial(hole_figure, run, word, node, episodes)
+                jobs.append((f"{quote(word, safe='')}-hole{node}", make))
+        elif fields[word] == "box":
             for number in range(len(scenario.boxes))[:_MOST_BOXES] if box is None else [box]:
-                jobs.append((f"B-box{number}", lambda number=number: box_figure(run, number, episodes)))  # type: ignore[misc]
+                jobs.append((f"{quote(word, safe='')}-box{number}", partial(box_figure, run, word, number, episodes)))
         else:
-            jobs.append((word, lambda word=word: node_figure(run, word, episodes)))  # type: ignore[misc]
+            jobs.append((quote(word, safe=""), partial(node_figure, run, word, episodes)))
     return jobs
+
+
+def _fields(run: Run) -> dict[str, Literal["node", "hole", "box"]]:
+    """The pheromone fields of a run, ours first, and what a value of each belongs to; by its rows and its manifest."""
+    import pyarrow.compute as pc
+
+    frames = run.table("frames")
+    keyed = set(frames.filter(pc.greater_equal(frames["key"], 0))["field"].unique().to_pylist()) | {"H"}
+    there = {*run.manifest.get("fields", {}), *frames["field"].unique().to_pylist()}
+    order = [*(name for name in FIELDS if name in there), *sorted(there.difference(FIELDS))]
+    return {name: "box" if run.by_box(name) else "hole" if name in keyed else "node" for name in order}
 
 
 def _push_jobs(run: Run, what: Sequence[str], episodes: Sequence[int] | None) -> list[tuple[str, Callable[[], Figure]]]:
@@ -218,6 +251,8 @@ def _episodes(run: Run, wanted: Sequence[int] | None) -> list[int]:
     for number in wanted:
         if number not in there:
             raise ColonysimError(f"no episode {number} in this run; it has {there[0]} to {there[-1]}")
+    if len(wanted) > _MOST_CHOSEN:
+        raise ColonysimError(f"{len(wanted)} episodes are more than one image holds; choose at most {_MOST_CHOSEN}")
     return list(wanted)
 
 
@@ -230,5 +265,7 @@ def save(figure: Figure, path: Path, kind: str, dpi: float = 130) -> None:
     metadata = _METADATA.get(kind)
     if metadata is None:
         raise ColonysimError(f"no format {kind!r}; {nearest(str(kind), _METADATA)}")
+    if max(figure.get_size_inches()) > _MOST_INCHES:
+        raise ColonysimError(f"{path}: would be more than {_MOST_INCHES} inches large; choose fewer episodes")
     with replacing(path) as temporary:
         figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
+import os
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
 from colonysim.errors import ColonysimError
+from colonysim.files import found_at, read_json
 from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+from colonysim.trace.fields import MOST, is_a
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["calibration_figure"]
 
+_LONGEST = 200
+_SHARES = ("chance", "success", "success_low", "success_high")
 _ABOUT = {"pushes": "single pushes", "ways": "whole ways, told before the first push"}
 
 
@@ -31,17 +35,34 @@ def calibration_figure(folder: Path) -> Figure:
         ColonysimError: The fit has not ended, or its card cannot be read.
     """
     card = folder / "way.json"
-    if not card.exists():
+    if not os.path.lexists(card):
         raise ColonysimError(f"{folder}: its ways are not fitted yet, so there is nothing to draw")
-    try:
-        results: dict[str, Any] = json.loads(card.read_text(encoding="utf-8"))["results"]
-        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
-        figure.suptitle(f"Calibration of the chance of a way · {results['split']}", fontsize=11, color=INK)
-        for axes, color, (part, about) in zip(figure.subplots(1, 2), (BOX, AGENT), _ABOUT.items(), strict=True):
-            _curve(axes, color, results[part], about)
-    except (OSError, ValueError, KeyError) as error:
-        raise ColonysimError(f"{card}: cannot be read: {error}") from error
+    results = _results(card)
+    figure = Figure(figsize=(7.6, 4.0), layout="constrained")
+    figure.suptitle(f"Calibration of the chance of a way · {results['split']}", fontsize=11, color=INK)
+    for axes, color, (part, about) in zip(figure.subplots(1, 2), (BOX, AGENT), _ABOUT.items(), strict=True):
+        _curve(axes, color, results[part], about)
     return figure
+
+
+def _results(card: Path) -> dict[str, Any]:
+    """What the card says of how well the chance was foretold, checked as far as it is drawn."""
+    results = found_at(read_json(card), "results")
+    if not is_a(found_at(results, "split"), str) or len(results["split"]) > _LONGEST:
+        raise ColonysimError(f"{card}: results.split: expected a text")
+    for part in _ABOUT:
+        curve = found_at(results, f"{part}.curve")
+        if not isinstance(curve, list):
+            raise ColonysimError(f"{card}: results.{part}.curve: expected a list")
+        shares = [(f"curve.{i}.{name}", found_at(point, name)) for i, point in enumerate(curve) for name in _SHARES]
+        counts = [(f"curve.{i}.n", found_at(point, "n")) for i, point in enumerate(curve)]
+        for name, value in [*shares, ("brier", found_at(results, f"{part}.brier"))]:
+            if not is_a(value, float) or not 0 <= value <= 1:
+                raise ColonysimError(f"{card}: results.{part}.{name}: expected a number, 0 to 1")
+        for name, value in [*counts, ("n", found_at(results, f"{part}.n"))]:
+            if not is_a(value, int) or not 0 <= value <= MOST:
+                raise ColonysimError(f"{card}: results.{part}.{name}: expected a whole number, 0 or more")
+    return dict(results)
 
 
 def _curve(axes: Axes, color: str, judged: Mapping[str, Any], about: str) -> None:
@@ -49,8 +70,8 @@ def _curve(axes: Axes, color: str, judged: Mapping[str, Any], about: str) -> Non
     told, came = [part["chance"] for part in curve], [part["success"] for part in curve]
     axes.plot((0.0, 1.0), (0.0, 1.0), color=QUIET, linewidth=1.0)
     spread = (
-        [part["success"] - part["success_low"] for part in curve],
-        [part["success_high"] - part["success"] for part in curve],
+        [max(part["success"] - part["success_low"], 0.0) for part in curve],
+        [max(part["success_high"] - part["success"], 0.0) for part in curve],
     )
     axes.errorbar(told, came, yerr=spread, color=color, marker="o", markersize=4, linewidth=1.2, capsize=2)
     for part in curve:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
 
 __all__ = [
-    "AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "panels", "plain",
-    "title_of",
+    "AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "heading_of",
+    "panels", "plain", "title_of",
 ]  # fmt: skip
 
 # From the Okabe-Ito palette, told apart with any colour vision; agents pink, boxes blue as in the paper.
@@ -34,6 +34,7 @@ FIELD = "viridis"
 _PANEL = 4.6
 """Longer side of a panel, inches."""
 _MOST_LABELS = 400
+_LONGEST_NAME = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,11 +149,21 @@ def _bounds(points: Iterable[tuple[float, float]], length: float) -> tuple[float
     return x - wide / 2 - pad, x + wide / 2 + pad, y - tall / 2 - pad, y + tall / 2 + pad
 
 
+def heading_of(what: str, run: Run) -> str:
+    """What a map shows, of which scenario; and how far the run came, if it is not finished."""
+    return " · ".join(word for word in (what, _named(run, "name"), run.shortfall) if word)
+
+
 def title_of(what: str, run: Run) -> str:
-    """What a figure shows, and of which run."""
-    manifest = run.manifest
-    name = f"{manifest['name']} {manifest['variant']}" if manifest.get("variant") else manifest["name"]
-    return f"{what} · {name} · {manifest['backend']} · {manifest['policy']} · seed {manifest['seed']}"
+    """What a diagram shows, and of which run; and how far that came, if it is not finished."""
+    name = f"{_named(run, 'name')} {_named(run, 'variant')}".rstrip()
+    words = (what, name, _named(run, "backend"), _named(run, "policy"), f"seed {run.manifest['seed']}", run.shortfall)
+    return " · ".join(word for word in words if word)
+
+
+def _named(run: Run, field: str) -> str:
+    """A name from the manifest, in letters that can be drawn."""
+    return "".join(letter if letter.isprintable() else "?" for letter in run.manifest.get(field) or "")[:_LONGEST_NAME]
 
 
 def plain(axes: Axes, x: str, y: str, title: str = "") -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import matplotlib
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from colonysim.errors import TraceError
-from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, panels
+from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, heading_of, panels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -17,44 +17,44 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from colonysim.trace.reader import Run
+    from colonysim.trace.schema import Frame
 
 __all__ = ["box_figure", "hole_figure", "node_figure"]
 
-_TITLES = {"D": "Distance pheromone D", "E": "Exploration pheromone E"}
-_LABELS = {"D": "D [graph units]", "E": "E [visits]"}
+_TITLES = {
+    "D": "Distance pheromone D", "E": "Exploration pheromone E", "H": "Hole pheromone H", "B": "Box pheromone B",
+}  # fmt: skip
+_LABELS = {"D": "D [graph units]", "E": "E [visits]", "B": "{}({}) [graph units]"}
 
 
 def node_figure(run: Run, name: str, episodes: Sequence[int]) -> Figure:
     """A field with one value per node, such as D and E."""
-    values = []
-    for episode in episodes:
-        found = run.field(name, episode)
-        if any(isinstance(key, tuple) for key in found):
-            raise TraceError(f"the field {name!r} has more than one value per node; draw H or B instead")
-        values.append(found)
+    values = [{frame.node: frame.value for frame in _frames(run, name, episode)} for episode in episodes]
     return _figure(run, episodes, values, _TITLES.get(name, f"Pheromone {name}"), _LABELS.get(name, name))
 
 
-def hole_figure(run: Run, hole: int, episodes: Sequence[int]) -> Figure:
-    """H of one hole, on every node that carries any."""
-    values = [_slice(run, "H", episode, 1, hole, 0) for episode in episodes]
-    title, label = f"Hole pheromone H of the hole at node {hole}", f"H({hole})"
-    return _figure(run, episodes, values, title, label, mark=hole)
+def hole_figure(run: Run, name: str, hole: int, episodes: Sequence[int]) -> Figure:
+    """A field with a value per node and hole, such as H: that of one hole, on every node that carries any."""
+    values = [{f.node: f.value for f in _frames(run, name, episode) if f.key == hole} for episode in episodes]
+    title = f"{_TITLES.get(name, f'Pheromone {name}')} of the hole at node {hole}"
+    return _figure(run, episodes, values, title, f"{name}({hole})", mark=hole)
 
 
-def box_figure(run: Run, box: int, episodes: Sequence[int]) -> Figure:
-    """B of one box, on each hole that the box could be meant for."""
+def box_figure(run: Run, name: str, box: int, episodes: Sequence[int]) -> Figure:
+    """A field of boxes, such as B: that of one box, on each hole that the box could be meant for."""
     start = run.scenario.topology.ids[run.scenario.boxes[box].node]
-    values = [_slice(run, "B", episode, 0, box, 1) for episode in episodes]
-    title = f"Box pheromone B of box {box} (starts on node {start}), on the holes it could fill"
-    return _figure(run, episodes, values, title, f"B({box}) [graph units]", box_at=start, shape="s")
+    # A field with one value for a box is shown where the box stands at first.
+    values = [
+        {start if f.key < 0 else f.key: f.value for f in _frames(run, name, episode) if f.node == box}
+        for episode in episodes
+    ]
+    title = f"{_TITLES.get(name, f'Pheromone {name}')} of box {box} (starts on node {start}), on the holes it could fill"
+    return _figure(run, episodes, values, title, _LABELS.get(name, "{}({})").format(name, box), box_at=start, shape="s")
 
 
-def _slice(run: Run, name: str, episode: int, fixed: int, value: int, rest: int) -> dict[int, float]:
-    """The part of a field with two keys in which one of them has a value; keyed by the other."""
-    found = {frame for frame in run.frames(episode) if frame.field == name}
-    pairs = {(frame.node, frame.key): frame.value for frame in found}
-    return {keys[rest]: amount for keys, amount in pairs.items() if keys[fixed] == value}
+def _frames(run: Run, name: str, episode: int) -> list[Frame]:
+    """The values of a field at an episode's end that can be drawn: a field may well say infinity."""
+    return [frame for frame in run.frames(episode) if frame.field == name and math.isfinite(frame.value)]
 
 
 def _figure(
@@ -75,7 +75,7 @@ def _figure(
     scale = (low if high > low else min(0.0, low), high if high > 0 or high > low else 1.0)
     norm = Normalize(*scale)
     colours = matplotlib.colormaps[FIELD]
-    heading = f"{title} · {run.manifest['name']}"
+    heading = heading_of(title, run)
     figure, axes = panels(canvas, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label)
     for axis, episode, found in zip(axes, episodes, values, strict=True):
         canvas.edges(axis)

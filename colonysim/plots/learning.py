@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import json
+import os
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.errors import ColonysimError
+from colonysim.files import found_at, read_json
 from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
 from colonysim.plots.results import WINDOW, running_interval
+from colonysim.trace.fields import is_a
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,6 +24,8 @@ __all__ = ["ablation_figure", "learning_figure"]
 
 _SMOOTHED = 8
 """Tests that a curve of an ablation is averaged over (of 20 episodes: the paper's 150), at most a third of them."""
+_LARGEST, _LONGEST = 1e12, 100
+"""Of a number that is drawn, and characters of a text."""
 _SETTINGS = ("#E69F00", "#009E73", "#56B4E9", "#CC79A7")
 _TERRAINS = {"flat": "#E69F00", "slope": "#009E73", "hole": "#3A3A3A"}
 
@@ -35,10 +39,10 @@ def learning_figure(folder: Path) -> Figure:
     Raises:
         ColonysimError: There is no test yet, or a file cannot be read.
     """
-    history = _read(folder / "history.json")
+    history = _history(folder / "history.json")
     if not history:
         raise ColonysimError(f"{folder}: no test of this training is complete, so there is nothing to draw yet")
-    card = _read(folder / "push.json") if (folder / "push.json").exists() else {}
+    card = _card(folder / "push.json") if os.path.lexists(folder / "push.json") else {}
     episodes = [test["episodes"] for test in history]
     figure = Figure(figsize=(7.0, 5.4), layout="constrained")
     figure.suptitle(f"Training of the push · {_about(card)}", fontsize=11, color=INK)
@@ -131,8 +135,29 @@ def _about(card: dict[str, Any]) -> str:
     return f"{how['config']['name']} · seed {how['seed']} · {how['config']['test_block']} episodes a test"
 
 
-def _read(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ColonysimError(f"{path}: cannot be read: {error}") from error
+def _history(file: Path) -> list[dict[str, Any]]:
+    """The tests of a training: `episodes` before each, `success`, `reward`, and the success `by_kind` of terrain."""
+    tests = read_json(file)
+    if not isinstance(tests, list):
+        raise ColonysimError(f"{file}: expected a list of tests")
+    for i, test in enumerate(tests):
+        numbers = {name: found_at(test, name) for name in ("episodes", "success", "reward")}
+        by_kind = found_at(test, "by_kind")
+        if isinstance(by_kind, dict):
+            numbers |= {f"by_kind.{name}": value for name, value in by_kind.items()}
+        for name, value in numbers.items():
+            if not is_a(value, float) or not abs(value) <= _LARGEST:
+                raise ColonysimError(f"{file}: {i}.{name[:60]}: expected a number, at most {_LARGEST:g}")
+        if not isinstance(by_kind, dict):
+            raise ColonysimError(f"{file}: {i}.by_kind: expected a number for each terrain")
+    return tests
+
+
+def _card(file: Path) -> dict[str, Any]:
+    card = read_json(file)
+    for where, kind in (("how.peak_episode", float), ("how.seed", int), ("how.config.name", str),
+                        ("how.config.test_block", int)):  # fmt: skip
+        value = found_at(card, where)
+        if not is_a(value, kind) or len(str(value)) > _LONGEST:
+            raise ColonysimError(f"{file}: {where}: is missing or of another kind, expected that of a trained network")
+    return dict(card)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
 
-from colonysim.plots.canvas import AGENT, AGENT_INK, BLOCKED, BOX, GOAL, HOLE, INK, QUIET, Canvas, panels
+from colonysim.plots.canvas import AGENT, AGENT_INK, BLOCKED, BOX, GOAL, HOLE, INK, QUIET, Canvas, heading_of, panels
 from colonysim.plots.replay import blocked_edges, follow
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def map_figure(run: Run, episode: int) -> Figure:
     scenario = run.scenario
     canvas = Canvas.of(scenario)
     ways = follow(scenario, run.events(episode))
-    figure, (first, last) = panels(canvas, 2, f"Map · {run.manifest['name']}", legend=True)
+    figure, (first, last) = panels(canvas, 2, heading_of("Map", run), legend=True)
     for axis, at, title in ((first, 0, "start of each episode"), (last, -1, f"end of episode {episode}")):
         boxes = {box: way[at] for box, way in ways.boxes.items()}
         agents = {agent: way[at] for agent, way in ways.agents.items() if not (at and agent in ways.gone)}

@@ -30,6 +30,8 @@ _SAMPLES = 6
 _UNIT = 0.82
 """Inches a metre."""
 _PAD = 0.25
+_FARTHEST = 20.0
+"""Metres from the origin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,8 @@ def sample_figure(run: Run, kind: str, numbers: Sequence[int]) -> Figure:
 
 
 def _about(run: Run) -> str:
-    return f"{run.manifest['evaluation']['executor']} · seed {run.manifest['seed']}"
+    words = (run.manifest["evaluation"]["executor"], f"seed {run.manifest['seed']}", run.shortfall)
+    return " · ".join(word for word in words if word)
 
 
 def _counted(numbers: Sequence[int]) -> str:
@@ -132,7 +135,9 @@ def _pushes(run: Run, numbers: Sequence[int]) -> dict[int, _Push]:
     ways: dict[tuple[int, str], list[Placed]] = defaultdict(list)
     columns = [poses[name].to_pylist() for name in ("episode", "body", "x", "y", "yaw")]
     for episode, body, x, y, yaw in zip(*columns, strict=True):
-        ways[episode, body].append((x, y, yaw))
+        # A body that was flung away, or that the physics lost, has no place in the picture.
+        if max(abs(x), abs(y)) <= _FARTHEST and math.isfinite(yaw):
+            ways[episode, body].append((x, y, yaw))
     results = {result.episode: result for result in run.episodes}
     evaluation = run.manifest["evaluation"]
     grounds = {each["episode"]: each for each in evaluation["pushes"]}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
 
-from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK, Canvas, panels
+from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK, Canvas, panels, title_of
 from colonysim.plots.replay import follow
 
 if TYPE_CHECKING:
@@ -28,8 +28,7 @@ _LINES = ("solid", "dashed", "dashdot", "dotted")
 def trajectories_figure(run: Run, episodes: Sequence[int]) -> Figure:
     """A panel an episode; as driven if the run holds poses, else from node to node."""
     canvas = Canvas.of(run.scenario)
-    title = f"Trajectories · {run.manifest['name']} · {run.manifest['backend']} · {run.manifest['policy']}"
-    figure, axes = panels(canvas, len(episodes), title, legend=True)
+    figure, axes = panels(canvas, len(episodes), title_of("Trajectories", run), legend=True)
     results = {result.episode: result for result in run.episodes}
     for axis, episode in zip(axes, episodes, strict=True):
         _place(canvas, axis)

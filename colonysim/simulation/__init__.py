@@ -15,6 +15,7 @@ from colonysim.simulation.episode import Episode
 from colonysim.suggest import nearest
 from colonysim.trace.rows import Rows
 from colonysim.trace.schema import EVENT_KINDS
+from colonysim.trace.writer import TraceWriter
 from colonysim.world.state import World
 
 if TYPE_CHECKING:
@@ -76,6 +77,8 @@ def simulate(
     chosen = make_policy(policy, scenario)
     world = World(scenario)
     fields = chosen.fields(world)
+    if isinstance(sink, TraceWriter):
+        sink.describe({name: bool(field.by_box) for name, field in fields.items()})
     if initial:
         _load_fields(world, fields, initial)
     body = make_backend(backend, backend_options)

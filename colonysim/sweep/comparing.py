@@ -12,8 +12,8 @@ from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.suggest import nearest
-from colonysim.sweep.tables import read_table
-from colonysim.trace.manifest import MANIFEST
+from colonysim.sweep.tables import read_tables, settings
+from colonysim.trace.manifest import is_run
 from colonysim.trace.reader import Run
 
 if TYPE_CHECKING:
@@ -141,17 +141,17 @@ def _column(rows: Sequence[dict[str, Any]], names: Sequence[str], by: str | None
 def _rows(path: Path, episodes: tuple[int, int] | None) -> list[dict[str, Any]]:
     """For each run its columns ("about"), its seed and the means of the measures."""
     first, last = episodes or (1, 10**9)
-    if (path / MANIFEST).exists():
+    if is_run(path):
         run = Run.open(path)
         played: dict[str, list[Any]] = {"": [e._asdict() for e in run.episodes]}
         described = [("", _about(run.manifest), int(run.manifest["seed"]))]
     else:
-        trials = read_table(path, "trials")
-        names = [name for name in trials.column_names[1 : trials.column_names.index("status")] if name != "seed"]
+        trials, episodes_of = read_tables(path)
+        names = settings(trials)
         done = [row for row in trials.to_pylist() if row["status"] == "succeeded"]
         described = [(row["trial"], {name: row[name] for name in names}, int(row["seed"])) for row in done]
         played = {}
-        for episode in read_table(path, "episodes").to_pylist():
+        for episode in episodes_of.to_pylist():
             played.setdefault(episode["trial"], []).append(episode)
     rows = []
     for trial, about, seed in described:

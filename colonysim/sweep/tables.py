@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
+import time
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import MAX_COUNT, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
-from colonysim.files import replacing
+from colonysim.files import read_file, replacing
 from colonysim.intervals import bootstrap
 
 if TYPE_CHECKING:
@@ -16,7 +19,26 @@ if TYPE_CHECKING:
 
     from colonysim.sweep.plan import Trial
 
-__all__ = ["query", "read_table", "summary", "write_tables"]
+__all__ = ["query", "read_table", "read_tables", "settings", "summary", "write_tables"]
+
+_TEXT, _WHOLE, _NUMBER = ("string",), ("int64",), ("double", "int64")
+_COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
+    "trials": {
+        "trial": _TEXT, "seed": _WHOLE, "status": _TEXT, "error": ("string", "null"), "episodes": _WHOLE,
+        "success": ("double", "int64", "null"), "steps": ("double", "int64", "null"),
+    },
+    "episodes": {
+        "trial": _TEXT, "episode": _WHOLE, "steps": _NUMBER, "success": _NUMBER, "ended": _TEXT, "sim_seconds": _NUMBER,
+    },
+}  # fmt: skip
+"""Columns that every sweep has, and their types; the first is the usual one."""
+_PLAIN = ("string", "large_string", "int64", "double", "bool", "null")
+_MOST_METADATA = 1_000_000
+"""Longest text and list in the metadata of a table."""
+_MOST_VALUES = 1000
+"""Values for each byte of a table at most: settings repeat, and take next to nothing then."""
+_BETWEEN = 0.5
+"""Seconds of wall clock within which both tables are renewed."""
 
 EPISODE = ("episode", "steps", "success", "ended", "sim_seconds", "seated")
 
@@ -76,18 +98,82 @@ def read_table(directory: str | Path, name: str) -> Any:
         name: "trials" or "episodes".
 
     Raises:
-        ColonysimError: There is none, or it is damaged.
+        ColonysimError: There is none, it is damaged, or a column is missing or of another type.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    path = Path(directory) / f"{name}.parquet"
-    if not path.is_file():
+    path = Path(directory).absolute() / f"{name}.parquet"
+    if not os.path.lexists(path):
         raise ColonysimError(f"{directory}: holds no results of a sweep")
+    content = read_file(path)
     try:
-        return pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
-        raise ColonysimError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from error
+        file = pq.ParquetFile(
+            pa.BufferReader(content), page_checksum_verification=True, thrift_string_size_limit=_MOST_METADATA,
+            thrift_container_size_limit=_MOST_METADATA,
+        )  # fmt: skip
+        about = file.metadata
+        if about.num_rows * about.num_columns > _MOST_VALUES * len(content):
+            raise ColonysimError(f"{path}: damaged, it claims {about.num_rows} rows in {len(content)} bytes")
+        table = file.read(use_threads=False)
+        table.validate(full=True)
+    except (OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError) as error:
+        told = (str(error).splitlines() or [type(error).__name__])[0]
+        raise ColonysimError(f"{path}: cannot be read: {told[:200]}") from error
+    _check(path, table, _COLUMNS[name])
+    return table
+
+
+def _check(path: Path, table: Any, expected: Mapping[str, tuple[str, ...]]) -> None:
+    """Checks the columns that every sweep's table has, and that the others hold plain values."""
+    import pyarrow.compute as pc
+
+    names = table.column_names
+    if names == ["trial"] and not table.num_rows:  # nothing has been played yet
+        return
+    if len(set(names)) < len(names):
+        raise ColonysimError(f"{path}: two columns have the same name")
+    for name, kinds in expected.items():
+        if name not in names:
+            raise ColonysimError(f"{path}: column {name!r} is missing")
+        if str(table[name].type) not in kinds:
+            raise ColonysimError(f"{path}: column {name!r} holds {table[name].type}, expected {kinds[0]}")
+        if table[name].null_count and "null" not in kinds:
+            raise ColonysimError(f"{path}: column {name!r} holds nulls")
+        if str(table[name].type) == "double" and not pc.all(pc.is_finite(table[name]), min_count=0).as_py():
+            raise ColonysimError(f"{path}: column {name!r} holds a value that is no finite number")
+    for name in names:
+        if str(table[name].type) not in _PLAIN:
+            raise ColonysimError(f"{path}: column {name!r} holds {table[name].type}, expected text, numbers or truth")
+    if names[0] != "trial":
+        raise ColonysimError(f"{path}: begins with column {names[0]!r}, expected 'trial'")
+
+
+def read_tables(directory: str | Path) -> tuple[Any, Any]:
+    """The tables of trials and episodes, that belong to each other.
+
+    Raises:
+        ColonysimError: There are none, one is damaged, or the episodes of a trial are not all there.
+    """
+    for last in (False, True):
+        trials, episodes = read_table(directory, "trials"), read_table(directory, "episodes")
+        found = Counter(episodes["trial"].to_pylist())
+        told = dict(zip(*(trials[name].to_pylist() for name in ("trial", "episodes")), strict=True))
+        wrong = [trial for trial in {**told, **found} if told.get(trial, -1) != found[trial]]
+        if not wrong:
+            break
+        if last:
+            raise ColonysimError(
+                f"{directory}: episodes.parquet holds {found[wrong[0]]} episodes of the trial {wrong[0][:60]}, "
+                f"trials.parquet tells of {told.get(wrong[0], 0)}"
+            )
+        time.sleep(_BETWEEN)  # a sweep under way renews one after the other
+    return trials, episodes
+
+
+def settings(trials: Any) -> list[str]:
+    """The columns of the table of trials that tell what was run, without the seed."""
+    return [name for name in trials.column_names[1 : trials.column_names.index("status")] if name != "seed"]
 
 
 def summary(
@@ -109,12 +195,12 @@ def summary(
         ColonysimError: There is no such column.
     """
     rows = trials.to_pylist()
-    settings = [name for name in trials.column_names[1 : trials.column_names.index("status")] if name != "seed"]
+    about = settings(trials)
     unknown = [name for name in by or () if name not in trials.column_names]
     if unknown:
-        raise ColonysimError(f"no column {unknown[0]!r}; expected one of {', '.join([*settings, 'seed'])}")
+        raise ColonysimError(f"no column {unknown[0]!r}; expected one of {', '.join([*about, 'seed'])}")
     if by is None:
-        by = [name for name in settings if len({row[name] for row in rows}) > 1] or settings[:1]
+        by = [name for name in about if len({row[name] for row in rows}) > 1] or about[:1]
     first, last = (1, MAX_COUNT) if only is None else as_span("episodes", only)
     played: dict[str, list[dict[str, Any]]] = {}
     for episode in episodes.to_pylist():
@@ -150,13 +236,17 @@ def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, .
         import duckdb
     except ImportError as error:
         raise MissingExtraError(f"a query needs DuckDB ({error}): pip install 'colonysim[sweep]'") from error
-    tables = {name: read_table(directory, name) for name in ("trials", "episodes")}
+    tables = dict(zip(("trials", "episodes"), read_tables(directory), strict=True))
     # The query sees these two tables, and neither files nor the network.
     with duckdb.connect(config={"enable_external_access": "false"}) as connection:
         for name, table in tables.items():
             connection.register(name, table)
         try:
             answer = connection.execute(sql)
-            return [column[0] for column in answer.description or ()], answer.fetchall()
-        except duckdb.Error as error:
-            raise ColonysimError(f"--sql: {str(error).splitlines()[0]}") from None
+            names = [column[0] for column in answer.description or ()]
+            again = [name for name, count in Counter(names).items() if count > 1]
+            if again:
+                raise ColonysimError(f"--sql: two columns are called {again[0]!r}; name them apart with AS")
+            return names, answer.fetchall()
+        except (duckdb.Error, ValueError, OverflowError) as error:  # the latter of dates that Python has none for
+            raise ColonysimError(f"--sql: {(str(error).splitlines() or ['cannot be answered'])[0]}") from None

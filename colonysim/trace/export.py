@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.arguments import wholes
@@ -14,15 +15,16 @@ from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterator
     from pathlib import Path
 
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "as_text", "export"]
+__all__ = ["KINDS", "as_texts", "export"]
 
 KINDS: tuple[Kind, ...] = ("csv", "json", "parquet")
 Kind = Literal["csv", "json", "parquet"]
+_AT_A_TIME = 4096
 
 
 def export(run: Run, table: str, kind: Kind, out: Path, episodes: Collection[int] | None = None) -> int:
@@ -50,17 +52,20 @@ def export(run: Run, table: str, kind: Kind, out: Path, episodes: Collection[int
 
             pq.write_table(rows, temporary)
         else:
-            temporary.write_text(_text(rows, kind), encoding="utf-8", newline="")
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                file.writelines(_texts(rows, kind))
     return int(rows.num_rows)
 
 
-def as_text(run: Run, table: str, kind: Literal["csv", "json"], episodes: Collection[int] | None = None) -> str:
-    """The same as text, as `export` writes it to a file.
+def as_texts(
+    run: Run, table: str, kind: Literal["csv", "json"], episodes: Collection[int] | None = None
+) -> Iterator[str]:
+    """The same as text, piece by piece, as `export` writes it to a file.
 
     Raises:
         TraceError: No such table, or a damaged part.
     """
-    return _text(_rows(run, table, episodes), kind)
+    return _texts(_rows(run, table, episodes), kind)
 
 
 def _rows(run: Run, table: str, episodes: Collection[int] | None) -> Any:
@@ -79,13 +84,26 @@ def _rows(run: Run, table: str, episodes: Collection[int] | None) -> Any:
     return rows.filter(pc.is_in(rows["episode"], pa.array(sorted(wanted), type=pa.int64())))
 
 
-def _text(rows: Any, kind: Kind) -> str:
+def _texts(rows: Any, kind: Kind) -> Iterator[str]:
+    """The file, some thousand rows at a time."""
+    batches = rows.to_batches(max_chunksize=_AT_A_TIME)
     if kind == "json":
-        return json.dumps(rows.to_pylist(), ensure_ascii=False, indent=1) + "\n"
+        before = "["
+        for batch in batches:
+            for row in batch.to_pylist():
+                # JSON has no number that is not finite.
+                whole = {n: None if isinstance(v, float) and not math.isfinite(v) else v for n, v in row.items()}
+                yield f"{before}\n {json.dumps(whole, ensure_ascii=False)}"
+                before = ","
+        yield "[]\n" if before == "[" else "\n]\n"
+        return
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(rows.column_names)
-    columns = [column.to_pylist() for column in rows.columns]
-    for row in zip(*columns, strict=True):
-        writer.writerow([" ".join(map(str, value)) if isinstance(value, list) else value for value in row])
-    return text.getvalue()
+    for batch in batches:
+        for row in zip(*(column.to_pylist() for column in batch.columns), strict=True):
+            writer.writerow([" ".join(map(str, value)) if isinstance(value, list) else value for value in row])
+        yield text.getvalue()
+        text.seek(0)
+        text.truncate()
+    yield text.getvalue()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 import re
 from collections.abc import Mapping
@@ -13,13 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import plain, shown
 from colonysim.errors import TraceError
-from colonysim.files import create_file, replace_file
+from colonysim.files import create_file, read_json, replace_file
+from colonysim.trace.fields import check_manifest, is_a
 from colonysim.trace.schema import VERSION
 
 if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
 
-__all__ = ["MANIFEST", "begin_manifest", "prepare_directory", "read_manifest", "write_manifest"]
+__all__ = ["MANIFEST", "begin_manifest", "is_run", "prepare_directory", "read_manifest", "write_manifest"]
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
@@ -111,28 +113,37 @@ def _text(manifest: Mapping[str, Any]) -> str:
     return json.dumps(manifest, indent=2, ensure_ascii=False) + "\n"
 
 
+def is_run(directory: Path) -> bool:
+    """Whether a directory looks like that of a run: whether there is anything under the name of a manifest."""
+    try:
+        return os.path.lexists(directory / MANIFEST)
+    except ValueError:
+        return False
+
+
 def read_manifest(directory: Path) -> dict[str, Any]:
-    """The manifest of the run in `directory`.
+    """The manifest of the run in `directory`; every field that a reader asks for is there and of its kind.
 
     Raises:
-        TraceError: There is no such directory, it is not a run's, or a newer version wrote it.
+        TraceError: There is no such directory, it is not a run's, a newer version wrote it, or a field is wrong.
     """
-    if not directory.is_dir():
-        kind = "is a file, not a run directory" if directory.exists() else "no such run directory"
-        raise TraceError(f"{directory}: {kind}")
     try:
-        manifest = json.loads((directory / MANIFEST).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise TraceError(f"{directory}: not a run directory (it holds no {MANIFEST})") from None
-    except (OSError, ValueError) as error:
-        raise TraceError(f"{directory / MANIFEST}: cannot be read: {error}") from error
+        if not directory.is_dir():
+            kind = "is a file, not a run directory" if directory.exists() else "no such run directory"
+            raise TraceError(f"{directory}: {kind}")
+        if not is_run(directory):
+            raise TraceError(f"{directory}: not a run directory (it holds no {MANIFEST})")
+    except (OSError, ValueError) as error:  # a loop of links, a name that is too long
+        raise TraceError(f"{directory}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    manifest = read_json(directory / MANIFEST, TraceError)
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise TraceError(f"{directory}: not a run directory ({MANIFEST} is not that of a {FORMAT})")
-    if not isinstance(manifest.get("schema"), int) or manifest["schema"] > VERSION:
+    if not is_a(manifest.get("schema"), int) or manifest["schema"] > VERSION:
         raise TraceError(
-            f"{directory}: written by a newer colonysim (trace schema {manifest.get('schema')}, "
+            f"{directory}: written by a newer colonysim (trace schema {str(manifest.get('schema'))[:20]}, "
             f"this one reads up to {VERSION}); upgrade with: pip install -U colonysim"
         )
+    check_manifest(manifest, directory / MANIFEST)
     return manifest
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 from colonysim.arguments import whole
 from colonysim.errors import TraceError
-from colonysim.trace.manifest import read_manifest
+from colonysim.trace.checks import Rows
+from colonysim.trace.manifest import MANIFEST, read_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
-from colonysim.trace.parts import read_parts
+from colonysim.trace.parts import read_parts, table_schema
 from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
 
 if TYPE_CHECKING:
@@ -32,26 +32,36 @@ class Run:
         ```
 
     Attributes:
-        path: The run directory; None for a run that kept no trace (its episodes are all there is).
+        path: The run directory, absolute; None for a run that kept no trace (its episodes are all there is).
         manifest: What was run, as plain data.
     """
 
     def __init__(
-        self, path: Path | None, manifest: dict[str, Any], episodes: list[EpisodeResult] | None = None
+        self,
+        path: Path | None,
+        manifest: dict[str, Any],
+        episodes: list[EpisodeResult] | None = None,
+        scenario: Scenario | None = None,
     ) -> None:
-        self.path = path
+        # Whoever holds a run may change the working directory.
+        self.path = None if path is None else Path(path).absolute()
         self.manifest = manifest
         self._episodes = episodes
-        self._tables: dict[str, Any] = {}
+        self._scenario = scenario
+        self._tables: dict[str, Rows] = {}
 
     @classmethod
     def open(cls, path: str | Path) -> Run:
         """Opens a run directory, also of a run that is still under way or was killed.
 
+        Nothing that the directory names is imported or called: neither policies nor fields nor backends.
+
         Raises:
-            TraceError: There is no such directory, it is not a run's, or a newer version wrote it.
+            TraceError: There is no such directory, it is not a run's, a newer version wrote it, or its manifest is
+                wrong.
         """
-        return cls(Path(path), read_manifest(Path(path)))
+        directory = Path(path).absolute()
+        return cls(directory, read_manifest(directory))
 
     def __repr__(self) -> str:
         return f"Run({str(self.path) if self.path else None!r}, status={self.status!r})"
@@ -62,23 +72,40 @@ class Run:
         return str(self.manifest["status"])
 
     @property
+    def shortfall(self) -> str:
+        """How far a run came that is not finished, such as "interrupted after 3 of 30 episodes"; else empty.
+
+        Raises:
+            TraceError: A part is damaged.
+        """
+        if self.status == "finished":
+            return ""
+        how = "running or killed" if self.status == "running" else self.status
+        return f"{how} after {len(self.episodes)} of {self.manifest['episodes']} episodes"
+
+    @property
     def trace_sha256(self) -> str | None:
         """The hash over all rows, if the run came to its end."""
         digest = self.manifest["trace_sha256"]
         return None if digest is None else str(digest)
 
-    @cached_property
+    @property
     def scenario(self) -> Scenario:
         """The scenario as it was run, after variant and overrides.
 
         Raises:
             TraceError: It is a run without one, such as that of an evaluation.
+            ScenarioError: The manifest's scenario is wrong.
         """
+        if self._scenario is not None:
+            return self._scenario
         from colonysim.world.loading import scenario_from_document
 
-        if "scenario" not in self.manifest:
+        if self.manifest.get("scenario") is None:
             raise TraceError(f"{self.path}: a run of single pushes, which has no scenario")
-        return scenario_from_document(self.manifest["scenario"])
+        source = "<run>" if self.path is None else f"{self.path / MANIFEST}: scenario"
+        self._scenario = scenario_from_document(self.manifest["scenario"], source=source)
+        return self._scenario
 
     @property
     def episodes(self) -> list[EpisodeResult]:
@@ -98,12 +125,50 @@ class Run:
             raise TraceError(f"no table {name!r} in a trace; there are: {', '.join(TABLES)}")
         if self.path is None:
             raise TraceError("this run kept no trace; run it again with one to read its tables")
+        return self._rows(name).all
+
+    def _rows(self, name: Table) -> Rows:
+        """All rows of a table, checked."""
+        assert self.path is not None
         if name in self._tables:
             return self._tables[name]
-        rows = read_parts(self.path, name)
-        if self.status != "running":  # what is still being written must be read anew
+        # What is still being written is read anew each time. A complete episode has all its rows: of one that is known
+        # to be complete before the others are read, its last event has to be there.
+        complete = len(self.table("episodes")) if self.status == "running" and name == "events" else 0
+        rows = Rows(name, list(self._parts(name)), table_schema(name).empty_table())
+        rows.check(self.manifest["episodes"])
+        last = rows.all["episode"][-1].as_py() if rows.all.num_rows else 0
+        if last < complete:
+            raise TraceError(f"{self.path / name}: ends with episode {last}, but {complete} are complete; a part is missing")
+        if self.status != "running":
             self._tables[name] = rows
         return rows
+
+    def _parts(self, name: Table) -> Iterator[tuple[Path, Any]]:
+        """The parts of a table as they are on disk: as many rows as were counted when the run ended."""
+        assert self.path is not None
+        if not self.path.is_dir():
+            raise TraceError(f"{self.path}: no such run directory; it was there when the run was opened")
+        counted = None if self.status == "running" else self.manifest["rows"].get(name, 0)
+        return read_parts(self.path, name, counted)
+
+    def check_places(self, *names: Table) -> None:
+        """Checks that the nodes, holes, boxes and agents in some tables are those of the scenario.
+
+        For whoever looks them up there; without names, in all tables.
+
+        Raises:
+            TraceError: One is not, a part is damaged, or the run kept no trace or has no scenario.
+            ScenarioError: The scenario is wrong.
+        """
+        for name in names or TABLES:
+            if self.table(name).num_rows:
+                self._rows(name).check_places(self.scenario, self.by_box)
+
+    def by_box(self, field: str) -> bool:
+        """Whether the values of a pheromone field belong to boxes instead of nodes; without the field's own code."""
+        told = self.manifest.get("fields", {}).get(field)
+        return field == "B" if told is None else bool(told["by_box"])
 
     def _of_episode(self, name: Table, episode: int | None) -> Any:
         table = self.table(name)
@@ -172,21 +237,25 @@ class Run:
         return episode
 
     def verify(self) -> bool:
-        """Whether the rows on disk are those that were written, by the manifest's hash.
+        """Whether the rows on disk, and the scenario, are those that were written: by the manifest's hashes.
 
         Raises:
-            TraceError: A part is damaged, or the run never came to its end.
+            TraceError: A part is damaged or missing, or the run never came to its end.
         """
+        from colonysim.world.assemble import digest
+
         if self.trace_sha256 is None:
             raise TraceError(f"{self.path}: the run was not finished, so there is no hash to compare with")
         if self.path is None:
             raise TraceError("this run kept no trace; there is nothing to compare its hash with")
         digests = []
         for name in TABLES:
+            # Part by part: a long run does not have to fit into memory.
+            rows = TableDigest(name)
+            for _, part in self._parts(name):
+                rows.add(list(zip(*(column.to_pylist() for column in part.columns), strict=True)))
             if name in self.manifest["rows"]:
-                table = read_parts(self.path, name)
-                digest = TableDigest(name)
-                columns = [column.to_pylist() for column in table.columns]
-                digest.add(list(zip(*columns, strict=True)))
-                digests.append(digest)
-        return trace_sha256(digests) == self.trace_sha256
+                digests.append(rows)
+        scenario = self.manifest.get("scenario")
+        told = self.manifest.get("scenario_sha256")
+        return trace_sha256(digests) == self.trace_sha256 and (scenario is None or digest(scenario) == told)

@@ -15,7 +15,7 @@ from colonysim.trace.parts import write_part
 from colonysim.trace.schema import TABLES, EpisodeResult
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
     from pathlib import Path
     from types import FrameType, TracebackType
 
@@ -111,6 +111,20 @@ class TraceWriter:
         """
         rows = self._pending[table]
         return rows if Block is not None and isinstance(rows, Block) else None
+
+    def describe(self, fields: Mapping[str, bool]) -> None:
+        """Says in the manifest which pheromone fields there are, and whether their values belong to boxes.
+
+        Readers learn it from there: they do not load the code of a policy.
+
+        Raises:
+            TraceError: The directory cannot be written to.
+        """
+        told = {name: {"by_box": by_box} for name, by_box in fields.items()}
+        if self.manifest.get("fields") != told:
+            self.manifest["fields"] = told
+            if self.directory is not None:
+                write_manifest(self.directory, self.manifest)
 
     def flush(self) -> None:
         """Writes everything that is still in memory; episodes last, so that a listed one is complete.

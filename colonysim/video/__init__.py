@@ -66,6 +66,7 @@ def write_video(
     if not 1 <= round(seconds * fps) <= _MOST_FRAMES:
         raise ColonysimError(f"{seconds:g} s with {fps} frames a second: a video has 1 to {_MOST_FRAMES} frames")
     result = _result(run, episode)
+    run.check_places("events", "poses")
 
     from colonysim.video.encode import encode
     from colonysim.video.film import Film

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from colonysim.trace.checks import coded
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
@@ -58,7 +60,5 @@ class Columns:
 
     def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
         """A column of texts: the different ones, and for each row which."""
-        coded = self._rows[name].combine_chunks().dictionary_encode()
-        if hasattr(coded, "chunks"):
-            coded = coded.unify_dictionaries().combine_chunks()
-        return coded.dictionary.to_pylist(), coded.indices.to_numpy().astype(np.int64)
+        words, codes = coded(self._rows[name])
+        return words, codes.astype(np.int64)

@@ -41,9 +41,10 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
     """
     scenario = run.scenario
     chosen = chosen_episodes(run, episodes)
+    run.check_places("events", "decisions", "deposits", "frames", "poses")
     block = introduce(run)
     block.head["episodes"] = [list(each[:6]) for each in run.episodes if each.episode in set(chosen)]
-    fields = Fields(scenario, run.manifest["policy"])
+    fields = Fields(run)
     first = run.episodes[0].episode
     before = [[] if episode == first else fields.after(run.frames(episode - 1)) for episode in chosen]
     add_rows(block, scenario, lambda table: Columns(run.table(table), chosen), chosen, fields, before)

@@ -48,7 +48,7 @@ class Feed:
     def __init__(self, run: Run) -> None:
         self._run = run
         self._scenario = run.scenario
-        self._fields = Fields(run.scenario, run.manifest["policy"])
+        self._fields = Fields(run)
         self._change = threading.Condition()
         self._open: list[_Piece] = []
         self._waiting: deque[_Piece] = deque()

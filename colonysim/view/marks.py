@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from colonysim.errors import ColonysimError
 from colonysim.pheromones.field import Write
-from colonysim.plugins import make_policy
+from colonysim.plugins import BUILT_IN, make_policy
 from colonysim.world.state import World
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
+    from colonysim.pheromones.field import Field
+    from colonysim.trace.reader import Run
     from colonysim.trace.schema import Frame
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
@@ -46,13 +49,13 @@ def add_marks(
     names, field = deposits.words("field")
     names += sorted({mark[0] for marks in before for mark in marks} - set(names))
     at = deposits.column("node")
-    boxed = np.isin(field, [names.index(name) for name in fields.by_box if name in names])
+    boxed = np.isin(field, [i for i, name in enumerate(names) if fields.by_box(name)])
     rows = np.column_stack([field, np.where(boxed, at, index(at)), index(deposits.column("key"))])
     starts = np.array([[names.index(m[0]), m[1], m[2]] for marks in before for m in marks], dtype=np.int64)
     slots, which = np.unique(np.vstack([starts.reshape(-1, 3), rows]), axis=0, return_inverse=True)
     which = which.ravel()
     block.head["fields"] = names
-    block.head["byBox"] = [name for name in names if name in fields.by_box]
+    block.head["byBox"] = [name for name in names if fields.by_box(name)]
     for i, name in enumerate(("field", "place", "key")):
         block.ints(f"slots.{name}", slots[:, i], steps=True)
     block.ints("starts.first", np.cumsum([0, *map(len, before)]))
@@ -65,44 +68,33 @@ def add_marks(
 
 
 class Fields:
-    """The pheromone fields of a run's policy, asked what the end of an episode makes of them.
+    """The pheromone fields of a run, asked what the end of an episode makes of them.
 
-    What evaporates between two episodes is in no row, so the fields themselves are filled with the key frames of the
-    episode before; of a policy that is not installed here, the key frames are taken as they are.
+    What evaporates between two episodes is in no row, so fields of our own are filled with the key frames of the
+    episode before and asked. No other code is loaded because a run names it: fields that are not ours begin an episode
+    with their key frames as they are.
 
     Args:
-        scenario: What was run.
-        policy: The policy's name in the manifest.
+        run: Whose fields.
 
     Attributes:
-        by_box: The fields whose values belong to boxes instead of nodes; the paper's if the policy is not installed.
+        by_box: Whether the values of a field belong to boxes instead of nodes, by its name.
     """
 
-    def __init__(self, scenario: Scenario, policy: str) -> None:
-        self._scenario, self._policy = scenario, policy
-        try:
-            fields = make_policy(policy, scenario).fields(World(scenario))
-            self.by_box = frozenset(name for name, field in fields.items() if field.by_box)
-        except (ColonysimError, ValueError):
-            self.by_box = frozenset({"B"})
+    def __init__(self, run: Run) -> None:
+        self._scenario, self._policy = run.scenario, run.manifest["policy"]
+        self.by_box = run.by_box
 
     def after(self, frames: Iterable[Frame]) -> list[Mark]:
         """Every value as an episode began, by the key frames of the one before."""
-        marks = [self._mark_of(frame) for frame in frames]
-        try:
-            return self._carried_over(marks)
-        except (ColonysimError, ValueError):
-            return marks
-
-    def _carried_over(self, before: Iterable[Mark]) -> list[Mark]:
-        """What the fields make of the end of the episode that left these values."""
         scenario = self._scenario
-        fields = make_policy(self._policy, scenario).fields(World(scenario))
+        before = [self._mark_of(frame) for frame in frames]
+        fields = _own_fields(self._policy, scenario)
         holes = {hole.node: key for key, hole in enumerate(scenario.holes)}
         writes: dict[str, list[Write]] = {}
         for name, place, key, value in before:
             writes.setdefault(name, []).append(Write(place, holes.get(key, -1), value))
-        marks: list[Mark] = []
+        marks = [mark for mark in before if mark[0] not in fields]
         for name, field in fields.items():
             field.load(writes.get(name, []))
             field.end_episode()
@@ -114,5 +106,17 @@ class Fields:
 
     def _mark_of(self, frame: Frame) -> Mark:
         index = self._scenario.topology.index
-        place = frame.node if frame.field in self.by_box else index[frame.node]
+        place = frame.node if self.by_box(frame.field) else index[frame.node]
         return frame.field, place, index[frame.key] if frame.key >= 0 else -1, frame.value
+
+
+def _own_fields(policy: str, scenario: Scenario) -> Mapping[str, Field]:
+    """The fields of a policy of ours, without those that it was asked to carry; of any other policy none."""
+    if policy not in BUILT_IN["policies"]:
+        return {}
+    parameters = {name: value for name, value in scenario.parameters.items() if name != "extra_fields"}
+    try:
+        place = replace(scenario, parameters=parameters)
+        return make_policy(policy, place).fields(World(place))
+    except ColonysimError:  # another version had other parameters
+        return {}

@@ -51,6 +51,7 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
             "a Rerun recording needs rerun-sdk, which is not installed: pip install 'colonysim[rerun]'"
         ) from None
     wanted = chosen_episodes(run, episodes)
+    run.check_places("events", "poses")
     results = [each for each in run.episodes if each.episode in wanted]
     stream = rerun.RecordingStream("colonysim", recording_id=str(run.trace_sha256 or run.path), send_properties=False)
     with replacing(out) as temporary:

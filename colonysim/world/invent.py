@@ -116,11 +116,11 @@ def invent(
         "goal": width * height - 1,
         "max_steps": 50 + 6 * (width + height),
     }
-    scenario = scenario_from_document(document, source=document["name"])
+    scenario = scenario_from_document(document, source=str(document["name"]))
     if crowded:
         corner = _corner(scenario)
         crowd["within"] = [0, 0, corner, corner]
-        scenario_from_document(document, source=document["name"])
+        scenario_from_document(document, source=str(document["name"]))
     return document
 
 

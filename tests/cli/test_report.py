@@ -111,7 +111,7 @@ def test_a_run_that_was_killed_is_reported_as_far_as_it_came(tmp_path: Path) -> 
     writer = write(tmp_path / "run", EVENTS)
     writer.flush()
     assert not (tmp_path / "run/episodes").exists()
-    assert "running: 4 of 12 attempts failed" in report(tmp_path / "run").stdout
+    assert "running or killed after 0 of 3 episodes: 4 of 12 attempts failed" in report(tmp_path / "run").stdout
 
 
 def test_nothing_failed_and_nothing_happened(tmp_path: Path) -> None:
@@ -125,9 +125,11 @@ def test_nothing_failed_and_nothing_happened(tmp_path: Path) -> None:
 
 
 def test_single_pushes_are_placed_by_their_terrain(tmp_path: Path) -> None:
-    pushes = [{"episode": 1, "terrain": "flat"}, {"episode": 2, "terrain": "hole"}]
+    ground = {"box_length": 0.5, "start": [0, 0], "goal": [1, 0], "pits": [], "ramps": []}
+    pushes = [{"episode": n, "terrain": kind, **ground} for n, kind in ((1, "flat"), (2, "hole"))]
+    evaluation = {"executor": "rl", "robot_size": [0.6, 0.4], "pushes": pushes}
     ends = [Event(n, 5.0, "end", 0, "push", box=0, status="failed", reason="timeout", step=1) for n in (1, 2)]
-    with write(tmp_path / "pushes", ends, evaluation={"pushes": pushes}):
+    with write(tmp_path / "pushes", ends, evaluation=evaluation, episodes=2):
         pass
     found = told(tmp_path / "pushes", "--by", "edge")
     assert [(kind["edge"], kind["count"]) for kind in found["summary"]] == [("flat", 1), ("hole", 1)]

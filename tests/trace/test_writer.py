@@ -137,10 +137,10 @@ def test_a_killed_run_is_readable(tmp_path: Path) -> None:
     program = (
         "import sys, time; from pathlib import Path; from recorded_runs import manifest, rows;"
         "from colonysim.trace.writer import TraceWriter;"
-        "w = TraceWriter(Path(sys.argv[1]), manifest(), rows_per_part=50, flush_seconds=0.0);"
-        "made = rows();"
+        "w = TraceWriter(Path(sys.argv[1]), manifest(episodes=200), rows_per_part=50, flush_seconds=0.0);"
+        "made = rows(200);"
         "say = lambda t: t == 'episodes' and (print('.', flush=True), time.sleep(0.05));"
-        "[w.write(t, r) or say(t) for n in iter(int, 1) for t, r in made]"
+        "[w.write(t, r) or say(t) for t, r in made]"
     )
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
     process = subprocess.Popen(
@@ -159,7 +159,7 @@ def test_a_killed_run_is_readable(tmp_path: Path) -> None:
 
 
 def test_an_episode_that_is_listed_is_there_as_a_whole_however_fast_they_come(tmp_path: Path) -> None:
-    writer = TraceWriter(tmp_path, manifest(), rows_per_part=8, flush_seconds=1e9)
+    writer = TraceWriter(tmp_path, manifest(episodes=16), rows_per_part=8, flush_seconds=1e9)
     writer.write("events", Event(1, 0.0, "start", 1))  # or every part would end with an episode
     for number in range(1, 17):
         writer.write("events", Event(number, 0.0, "start"))
