@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.simulation.episode import Episode
+from colonysim.simulation.foreign import checked_backend, checked_policy
 from colonysim.trace.rows import Rows
 from colonysim.world.state import World
 
@@ -67,20 +69,21 @@ def simulate(
     mode = mode or scenario.mode
     if mode not in MODES:
         raise ColonysimError(f"no mode {mode!r}; expected one of {', '.join(MODES)}")
-    chosen = make_policy(policy, scenario)
-    world = World(scenario)
+    world, rows = World(scenario), Rows(scenario, sink, decisions, kinds)
+    chosen = checked_policy(make_policy(policy, scenario), world, rows)
     fields = chosen.fields(world)
     if initial:
         _load_fields(world, fields, initial)
-    body = make_backend(backend, backend_options)
-    if hasattr(body, "recording"):
-        body.recording = sink is not None
+    made = make_backend(backend, backend_options)
+    if hasattr(made, "recording"):
+        made.recording = sink is not None
+    body = checked_backend(made, world, rows)
     streams = Streams(seed)
     memories: list[Any] = [None] * len(scenario.agents)
     episode: Episode | None = None
     try:
         views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
-        episode = Episode(world, fields, body, chosen, views, Rows(scenario, sink, decisions, kinds))
+        episode = Episode(world, fields, body, chosen, views, rows)
         for number in range(1, (scenario.episodes if episodes is None else episodes) + 1):
             own = streams.within(f"episode/{number}")
             world.reset()
@@ -109,6 +112,12 @@ def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str
             key = hole_key.get(frame.key, -1) if frame.key >= 0 else -1
             if node < 0 or (frame.key >= 0 and key < 0):
                 raise ColonysimError(f"the other run's {name} speaks of node {frame.node}; this map has no such node")
+            if field.by_box and node >= len(world.scenario.boxes):
+                raise ColonysimError(f"the other run's {name} speaks of box {node}; there is no such box here")
+            if not math.isfinite(frame.value):
+                raise ColonysimError(
+                    f"the other run's {name} holds {frame.value} at {frame.node}, expected a finite number"
+                )
             writes.append(Write(node, key, frame.value))
         field.load(writes)
         # The frames were taken before the end of their episode did its work.
