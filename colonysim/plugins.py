@@ -5,17 +5,19 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from colonysim.errors import ColonysimError, PluginError
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend
+    from colonysim.pheromones.field import Field
     from colonysim.policies.policy import Policy
     from colonysim.world.scenario import Scenario
+    from colonysim.world.state import World
 
-__all__ = ["BUILT_IN", "available", "field_class", "load", "make_backend", "make_policy"]
+__all__ = ["BUILT_IN", "available", "lacking", "load", "make_backend", "make_field", "make_policy"]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {
@@ -32,6 +34,17 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
     "fields": {},
 }
+
+
+PROTOCOLS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "backends": (
+        ("reset", "feasible", "footprint", "start", "advance", "cancel", "leave", "rows", "close"),
+        ("tick", "edge_seconds"),
+    ),
+    "policies": (("fields", "begin", "decide"), ()),
+    "fields": (("at", "keys", "deposit", "end_episode", "frame", "load"), ("by_box",)),
+}
+"""The methods and attributes of each protocol, besides a name."""
 
 
 def available(group: str) -> dict[str, str]:
@@ -54,7 +67,7 @@ def load(group: str, name: str) -> Any:
     place = name if ":" in name else BUILT_IN[group].get(name) or available(group).get(name)
     if place is None:
         names = sorted(available(group))
-        raise PluginError(f"no {'policy' if group == 'policies' else group[:-1]} {name!r}; {nearest(name, names)}")
+        raise PluginError(f"no {_kind(group)} {name!r}; {nearest(name, names)}")
     module, _, attribute = place.partition(":")
     try:
         found: Any = importlib.import_module(module)
@@ -67,41 +80,94 @@ def load(group: str, name: str) -> Any:
     return found
 
 
-def field_class(name: str) -> Any:
-    """The pheromone field called `name`: built with the world."""
-    return load("fields", name)
+def lacking(group: str, part: object) -> str:
+    """What keeps an object from being a backend, a policy or a field, in words; "" if nothing does."""
+    methods, attributes = PROTOCOLS[group]
+    kind = _kind(group)
+    if part is None:
+        return f"is None, expected a {kind}"
+    if isinstance(part, type):
+        return f"is the class {part.__name__}, expected a {kind} made from it"
+    for name in methods:
+        if not callable(getattr(part, name, None)):
+            return f"is no {kind}: {type(part).__name__} has no method {name!r}"
+    for name in attributes:
+        if not hasattr(part, name):
+            return f"is no {kind}: {type(part).__name__} has no attribute {name!r}"
+    name = getattr(part, "name", None)
+    if not (isinstance(name, str) and name):
+        return f"is no {kind}: the name of {type(part).__name__} is {name!r}, expected some text"
+    return ""
+
+
+def _kind(group: str) -> str:
+    return "policy" if group == "policies" else group[:-1]
+
+
+def _made(group: str, what: str, factory: Callable[..., Any], *arguments: Any) -> Any:
+    """What a factory makes.
+
+    Raises:
+        PluginError: It fails, or makes something that is no such part.
+    """
+    try:
+        part = factory(*arguments)
+    except ColonysimError:
+        raise  # it says already what is wrong
+    except Exception as error:  # another's code may fail in any way; ours still owes a message
+        raise PluginError(f"{what} cannot be made: {type(error).__name__}: {error}") from error
+    return _complete(group, what, part)
+
+
+def _complete(group: str, what: str, part: Any) -> Any:
+    if missing := lacking(group, part):
+        raise PluginError(f"{what} {missing}")
+    return part
+
+
+def make_field(name: str, world: World) -> Field:
+    """The pheromone field called `name`, built for a world.
+
+    Raises:
+        PluginError: There is no such field, or it is none.
+    """
+    return cast("Field", _made("fields", f"field {name!r}", load("fields", name), world))
 
 
 def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) -> Backend:
     """The backend called `name`, built with its options; a backend itself is handed back.
 
     Raises:
-        PluginError: There is no such backend.
+        PluginError: There is no such backend, or what was found is none.
         ColonysimError: It does not know one of the options, or a backend is given that is made already.
         MissingExtraError: It needs a package that is not installed.
     """
     if not isinstance(name, str):
         if options:
             raise ColonysimError(f"backend options {', '.join(options)}: only with a backend given by its name")
-        return name
+        return cast("Backend", _complete("backends", "what was given as backend", name))
     factory = load("backends", name)
-    try:
-        backend: Backend = factory(**dict(options or {}))
-    except TypeError as error:
-        raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
-    return backend
+
+    def made() -> Any:
+        try:
+            return factory(**dict(options or {}))
+        except TypeError as error:
+            raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
+
+    return cast("Backend", _made("backends", f"backend {name!r}", made))
 
 
 def make_policy(policy: str | Policy | Callable[[Scenario], Policy] | None, scenario: Scenario) -> Policy:
     """The policy called `policy` (or the scenario's own), built for `scenario`; a policy itself is handed back.
 
     Raises:
-        PluginError: There is no such policy.
+        PluginError: There is no such policy, or what was found is none.
         ScenarioError: The scenario's parameters do not fit it.
     """
     if policy is None:
         policy = scenario.policy
+    what = f"policy {policy!r}" if isinstance(policy, str) else "what was given as policy"
     if isinstance(policy, str):
         policy = load("policies", policy)
-    built: Policy = policy(scenario) if callable(policy) else policy  # type: ignore[assignment]
-    return built
+    built = _made("policies", what, policy, scenario) if callable(policy) else _complete("policies", what, policy)
+    return cast("Policy", built)

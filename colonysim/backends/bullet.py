@@ -311,7 +311,8 @@ class Bullet:
         robot, places = scene.robot(agent), self._layout.places
         nearer = math.dist(robot[:2], places[intent.node]) < math.dist(robot[:2], places[action.origin])
         took = isinstance(intent, Push)
-        node = intent.node if nearer and not took else action.origin
+        # The goal is only reached by getting there: whoever belongs to it leaves.
+        node = intent.node if nearer and not took and intent.node != world.scenario.goal else action.origin
         keeps = () if lost else (action.origin if node == intent.node else intent.node,)
         return Outcome("failed" if lost else "blocked", node, boxes, reason, lost, () if took else keeps)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from array import array
 from typing import TYPE_CHECKING
 
+from colonysim.errors import ColonysimError
 from colonysim.exact import exp
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
     Args:
         values: At least one value.
         beta: The Boltzmann constant: 0 gives equal chances, large values the maximum.
+
+    Raises:
+        ColonysimError: One of them is no number.
     """
     chances = array("d", values)
     if not chances:
@@ -36,14 +40,19 @@ def sample(probabilities: Sequence[float], random: random.Random) -> int:
 
 def weigh(values: array[float], count: int, beta: float) -> None:
     """`softmax` in place, of the first `count` values."""
-    top = values[0]
+    top, numbers = values[0], beta == beta
     for i in range(1, count):
         if (values[i] > top) if beta >= 0.0 else (values[i] < top):
             top = values[i]
     total = 0.0
     for i in range(count):  # sum() adds in another way from Python 3.12 on
+        if values[i] != values[i]:
+            numbers = False
+            break
         values[i] = 1.0 if values[i] == top else exp(beta * (values[i] - top))
         total += values[i]
+    if not numbers:
+        raise ColonysimError("a choice cannot be made among values that are no numbers")
     for i in range(count):
         values[i] = values[i] / total
 

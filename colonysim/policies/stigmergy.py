@@ -7,7 +7,7 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
-from colonysim.plugins import field_class
+from colonysim.plugins import make_field
 from colonysim.policies.choice import pick, weigh
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
@@ -104,7 +104,7 @@ class Stigmergy:
         ]
         found = {field.name: field for field in own}
         for name in s.extra_fields:
-            extra = field_class(name)(world)
+            extra = make_field(name, world)
             if extra.name in found:
                 message = f"there is a field {extra.name!r} already; {name!r} must give its own another name"
                 raise world.scenario.fault("policy.extra_fields", message)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.simulation.episode import Episode
+from colonysim.simulation.foreign import checked_backend, checked_policy
 from colonysim.suggest import nearest
 from colonysim.trace.rows import Rows
 from colonysim.trace.schema import EVENT_KINDS
@@ -74,21 +76,22 @@ def simulate(
     for kind in () if kinds is None else kinds:
         if kind not in EVENT_KINDS:
             raise ColonysimError(f"kinds: no events of kind {kind!r}; {nearest(str(kind), EVENT_KINDS)}")
-    chosen = make_policy(policy, scenario)
-    world = World(scenario)
+    world, rows = World(scenario), Rows(scenario, sink, decisions, kinds)
+    chosen = checked_policy(make_policy(policy, scenario), world, rows)
     fields = chosen.fields(world)
     if isinstance(sink, TraceWriter):
         sink.describe({name: bool(field.by_box) for name, field in fields.items()})
     if initial:
         _load_fields(world, fields, initial)
-    body = make_backend(backend, backend_options)
-    if hasattr(body, "recording"):
-        body.recording = sink is not None
+    made = make_backend(backend, backend_options)
+    if hasattr(made, "recording"):
+        made.recording = sink is not None
+    body = checked_backend(made, world, rows)
     memories: list[Any] = [None] * len(scenario.agents)
     episode: Episode | None = None
     try:
         views = [LocalView(world, fields, body, agent) for agent in range(len(scenario.agents))]
-        episode = Episode(world, fields, body, chosen, views, Rows(scenario, sink, decisions, kinds))
+        episode = Episode(world, fields, body, chosen, views, rows)
         for number in range(1, count + 1):
             own = streams.within(f"episode/{number}")
             world.reset()
@@ -134,6 +137,12 @@ def _load_fields(world: World, fields: Mapping[str, Field], initial: Mapping[str
             key = hole_key.get(frame.key, -1) if frame.key >= 0 else -1
             if node < 0 or (frame.key >= 0 and key < 0):
                 raise ColonysimError(f"the other run's {name} speaks of node {frame.node}; this map has no such node")
+            if field.by_box and node >= len(world.scenario.boxes):
+                raise ColonysimError(f"the other run's {name} speaks of box {node}; there is no such box here")
+            if not math.isfinite(frame.value):
+                raise ColonysimError(
+                    f"the other run's {name} holds {frame.value} at {frame.node}, expected a finite number"
+                )
             writes.append(Write(node, key, frame.value))
         field.load(writes)
         # The frames were taken before the end of their episode did its work.

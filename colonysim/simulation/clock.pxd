@@ -3,6 +3,6 @@
 
 cdef class Clock:
     cdef object _env, _backend, _latest, _ended, _wanted
-    cdef set _pending
+    cdef dict _pending
 
     cdef tuple _advance(self, double now, double tick, double due, double last)

@@ -33,18 +33,22 @@ class Clock:
         ended: Callable[[int, Outcome], None],
     ) -> None:
         self._env, self._backend, self._latest, self._ended = env, backend, latest, ended
-        self._pending: set[int] = set()
+        self._pending: dict[int, float] = {}
         self._wanted: simpy.Event | None = None
 
-    def expect(self, agent: int) -> None:
-        """Goes on until the action ends that an agent has just begun."""
-        self._pending.add(agent)
+    def expect(self, agent: int, until: float) -> None:
+        """Goes on until the action ends that an agent has just begun; by the time `until` it should have."""
+        self._pending[agent] = until
         if self._wanted is not None and not self._wanted.triggered:
             self._wanted.succeed()
 
+    def until(self) -> float:
+        """The time by which all that is pending should have ended; 0 if nothing is."""
+        return max(self._pending.values(), default=0.0)
+
     def cancel(self) -> None:
         """Stops whoever is doing something."""
-        for agent in sorted(self._pending):
+        for agent in self._pending:
             self._backend.cancel(agent)
 
     def run(self, tick: float) -> Generator[simpy.Event, Any, None]:
@@ -68,7 +72,7 @@ class Clock:
                 yield env.timeout(now - began)
             for agent, outcome in finished:
                 if agent in pending:
-                    pending.remove(agent)
+                    del pending[agent]
                     self._ended(agent, outcome)
 
     def _advance(self, now: float, tick: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:

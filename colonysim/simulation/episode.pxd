@@ -10,12 +10,13 @@ from colonysim.trace.rows cimport Rows
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
-cdef double ENDS, WOKEN, MOVED
+cdef double ENDS, WOKEN, MOVED, SHORTEST_WAIT, ENOUGH, SELDOM, SHORT_WAIT
+cdef int TOLERATED, DOUBLINGS, DECISIONS
 
 
 cdef class Episode:
     cdef public object fields, backend, policy, env, clock, visit
-    cdef public int number
+    cdef public int number, striding
     cdef public World world
     cdef public object rows
     cdef public Strides strides
@@ -26,7 +27,8 @@ cdef class Episode:
     cdef public Waiting waiting
     cdef public dict asks, told, outcomes
     cdef double[::1] since
-    cdef public set finished
+    cdef int[::1] short_waits, spins
+    cdef public set finished, short
     cdef public double now, due, last_outcome, stall, limit
     cdef public bint stuck, asked_for_strides
     cdef public int goal
@@ -36,6 +38,7 @@ cdef class Episode:
         queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
     )
     cdef bint _go_on(self) except? -1
+    cdef bint _stalls(self, double due) except? -1
     @cython.locals(views=list, view=LocalView, edge_seconds=double)
     cdef _prepare(self, number, memories, streams, synchronous)
     cdef _expect(self, int agent, double seconds, double order)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import simpy
 
+from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.moments import Moments
@@ -40,6 +41,14 @@ Within each the order is drawn, so a place is one of these numbers and a lot bel
 """
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
+ENOUGH = 100.0
+"""So many times as long as its edge should take may an action of a backend with a clock be under way, and no stall."""
+SHORT_WAIT, TOLERATED, DOUBLINGS = 0.1, 8, 10
+"""After so many waits in a row that were shorter than a tenth of that time, the shortest doubles with each more."""
+DECISIONS = 10_000
+"""So often may an agent make up its mind to wait without any time passing."""
+SELDOM = 0.01
+"""While nothing but long actions goes on, who waits looks up after this share of the time that it has lasted."""
 
 
 class _Environment(simpy.Environment):
@@ -104,6 +113,7 @@ class Episode:
         self.env = _Environment()
         self.queue, self.moments = self.env.queue, self.env.moments
         self.waiting = Waiting(len(views), len(world.topology), self._rouse)
+        self.short_waits, self.spins = array("i", [0]) * len(views), array("i", [0]) * len(views)
         self.asks: dict[int, int] = {}
         self.told: dict[int, simpy.Event] = {}
         self.outcomes: dict[int, Outcome] = {}
@@ -122,9 +132,11 @@ class Episode:
         self.ties = streams.draws("ties", len(views))
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
         for agent in range(len(views)):
-            self.steps[agent] = 0
+            self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
+            self.since[agent] = -1.0
         self.now = self.due = self.last_outcome = 0.0
-        self.stuck = False
+        self.stuck, self.striding = False, 0
+        self.short: set[int] = set()
         self.finished: set[int] = set()
         for kept in (self.asks, self.told, self.outcomes):
             kept.clear()
@@ -176,7 +188,7 @@ class Episode:
         due, now = self.due, self.now
         if len(self.finished) == len(self.views):
             ended = self._how_it_ended()
-        elif self.stuck or due == inf or due > self.last_outcome + self.stall:
+        elif self.stuck or self._stalls(due):
             ended = "deadlock"
         else:
             ended, now = "timeout", self.limit
@@ -194,7 +206,7 @@ class Episode:
                 if time <= due:
                     due, told = time, False
             self.due = due
-            if due > self.limit or due > self.last_outcome + self.stall or due == inf:
+            if due > self.limit or self._stalls(due):
                 return False
             if self.stuck or len(self.finished) == agents:
                 return False
@@ -212,9 +224,23 @@ class Episode:
         self.env.at(self.now)
         self.env.process(steps).callbacks.append(_raise_as_it_was)
 
+    def _stalls(self, due: float) -> bool:
+        """Whether nothing comes out any more, if nothing happens before `due`: no action is under way that will end."""
+        if due <= self.last_outcome + self.stall:
+            return False
+        return due == inf or not (self.striding or self.outcomes or due <= self.clock.until())
+
     def _latest(self) -> float:
         """When the episode ends if nothing happens before."""
-        return min(self.limit, self.last_outcome + self.stall)
+        if self.striding or self.outcomes:
+            return self.limit
+        return min(self.limit, max(self.last_outcome + self.stall, self.clock.until()))
+
+    def _enough(self, agent: int, intent: Move) -> float:
+        """The time until which an action may be under way that begins now, on a backend that does not say how long."""
+        topology, node = self.world.topology, self.world.agent_node[agent]
+        length = topology.length(node, intent.node) / (topology.mean_length or 1.0)
+        return self.now + ENOUGH * self.backend.edge_seconds * max(1.0, length)
 
     def _how_it_ended(self) -> str:
         states = set(self.world.agent_status)
@@ -289,8 +315,11 @@ class Episode:
             self.waiting.expire(-1 - number)
             return
         if number in self.told:
+            outcome = self.outcomes.pop(number, None)
+            if outcome is not None:
+                self.last_outcome = self.now
             self.env.at(self.now)
-            self.told.pop(number).succeed(self.outcomes.pop(number, None))
+            self.told.pop(number).succeed(outcome)
             return
         strides = self.strides
         if strides is None:
@@ -299,6 +328,7 @@ class Episode:
         target = strides.heading(number)
         if target >= 0:
             self.last_outcome = self.now
+            self.striding -= 1
             origin = strides.arrive(number)
             if self.waiting.wake_two(origin, target):
                 self._expect(number, 0.0, MOVED)
@@ -313,6 +343,7 @@ class Episode:
         assert strides is not None
         seconds = strides.depart(agent, self.now)
         if seconds >= 0.0:
+            self.striding += 1
             self._expect(agent, seconds, ENDS)
             return
         thought = strides.handed_back(agent)
@@ -340,7 +371,7 @@ class Episode:
         """Begins an action; the event's value will be its outcome."""
         done = self._start(agent, intent)
         if done is None:
-            self.clock.expect(agent)
+            self.clock.expect(agent, self._enough(agent, intent))
         else:
             self.outcomes[agent] = done.outcome
             self._expect(agent, done.seconds, ENDS)
@@ -354,11 +385,20 @@ class Episode:
     def _rest(self, agent: int, wait: Wait) -> None:
         """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
         world, view = self.world, self.views[agent]
+        self.spins[agent] = self.spins[agent] + 1 if self.since[agent] == self.now else 0
+        if self.spins[agent] > DECISIONS:
+            why = f"it has decided {DECISIONS} times to wait, and no time has passed: {wait}"
+            raise PluginError(f"policy {self.policy.name!r}, agent {agent} at {self.now:g} s: {why}")
         self._note_wait(agent, wait)
         number = self.waiting.begin(agent, wait.nodes)
         if wait.seconds is not None:
             # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
-            seconds = max(wait.seconds, SHORTEST_WAIT * view.edge_seconds)
+            short = wait.seconds < SHORT_WAIT * view.edge_seconds
+            self.short_waits[agent] = self.short_waits[agent] + 1 if short else 0
+            more = min(max(0, self.short_waits[agent] - TOLERATED), DOUBLINGS)
+            seconds = max(wait.seconds, SHORTEST_WAIT * 2.0**more * view.edge_seconds)
+            if self.now > self.last_outcome + self.stall:
+                seconds = max(seconds, SELDOM * (self.now - self.last_outcome))
             self.moments.put(self.now + seconds, self.ties.draw(agent), -1 - number)
         if world.clear_requests.get(wait.clear) != agent:
             self._withdraw_request(agent)
@@ -456,7 +496,7 @@ class Episode:
             self.finished.add(agent)
             self.rows.event("lost", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
-        if world._agent_nodes[agent] == self.goal:
+        if world.arrived(agent) and agent not in self.short:
             freed = world.release(agent)
             node = world.leave(agent)
             self.backend.leave(agent)
@@ -497,6 +537,7 @@ class Episode:
 
     def _start(self, agent: int, intent: Move) -> Done | None:
         self.steps[agent] += 1
+        self.short_waits[agent] = 0
         if self.world.clear_requests:
             self._withdraw_request(agent)
         if self.world.begin(agent, intent) and isinstance(intent, Push):
@@ -512,6 +553,9 @@ class Episode:
             box, hole = intent.box, intent.hole
             action = "take" if world.box_node[box] == target else "push"
         changed = world.apply(agent, intent, outcome)
+        self.short.discard(agent)
+        if outcome.node == self.goal and (outcome.status != "arrived" or isinstance(intent, Push)):
+            self.short.add(agent)  # the goal is its nearest node, but its body has not got there
         view.waited, view.refused = 0.0, None
         view.failures = 0 if outcome.status == "arrived" else view.failures + 1
         self.last_outcome = self.now

@@ -24,6 +24,7 @@ from colonysim.pheromones.hole import HoleTrail
 from colonysim.policies.choice import pick, weigh
 from colonysim.policies.presets import Colony
 from colonysim.policies.stigmergy import Stigmergy
+from colonysim.simulation.foreign import overrides
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -59,7 +60,7 @@ def strides_of(
         return None
     if type(policy) not in (Stigmergy, Colony) or type(backend) is not NodeWorld:
         return None  # what else is derived from them may do as it likes
-    if _overrides(policy) or _overrides(backend):
+    if overrides(policy) or overrides(backend):
         return None
     s = policy.settings
     known = {"D": Distance, "B": BoxWorth, "H": HoleTrail, "E": Exploration}
@@ -68,11 +69,6 @@ def strides_of(
     if s.collision != "reservation" or s.epsilon_per != "episode" or s.updates != "occupied":
         return None
     return Strides(world, fields, backend, policy, views, steps, rows, asks, withdraw)
-
-
-def _overrides(thing: object) -> bool:
-    """Whether an object has attributes of its own in place of its class's, such as another `decide`."""
-    return any(hasattr(type(thing), name) for name in getattr(thing, "__dict__", ()))
 
 
 class Strides:
@@ -166,7 +162,7 @@ class Strides:
         Returns -1 if the agent is done, or if its step cannot begin now; what it has decided is then in `handed_back`.
         """
         node = self.agent_node[agent]
-        if node == self.goal or self.steps[agent] >= self.max_steps or self.reserved[agent]:
+        if self.world.arrived(agent) or self.steps[agent] >= self.max_steps or self.reserved[agent]:
             self.tell(agent)
             return -1.0
         if self.agent_box[agent] < 0 and not self.clear_requests:  # asked to make way, or to keep off a node

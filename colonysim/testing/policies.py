@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from colonysim.arguments import as_seed, whole
+from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit, Write
 from colonysim.simulation import simulate
 from colonysim.testing.promises import ConformanceError, Recorder, frozen, global_randomness, same_traces
@@ -72,8 +73,13 @@ def check_policy(
 
 def _run(policy: Policy, scenario: Scenario, episodes: int, seed: int) -> Recorder:
     rows = Recorder()
-    for _ in simulate(scenario, policy=policy, episodes=episodes, seed=seed, sink=rows):
-        pass
+    try:
+        for _ in simulate(scenario, policy=policy, episodes=episodes, seed=seed, sink=rows):
+            pass
+    except PluginError as error:
+        if error.__cause__ is None:  # nothing was raised, the simulation did not like what it was told
+            raise ConformanceError("legal intents", str(error)) from error
+        raise
     return rows
 
 

@@ -9,6 +9,7 @@ cdef class World:
     cdef public list box_claim, box_stray, agent_status, reserved
     cdef public dict stacks, clear_requests, edge_holder
     cdef double _reach
+    cdef int _goal
     cdef object _no_push
     cdef double[::1] _heights, _box_bases, _box_heights, _floors, _rims, _lengths, _slopes
     cdef int[::1] _first, _ends, _hole_nodes
@@ -19,6 +20,7 @@ cdef class World:
 
     @cython.locals(box=int)
     cpdef double level(self, int agent)
+    cpdef bint arrived(self, int agent)
     @cython.locals(reach=double)
     cpdef bint passable(self, double level, int i, int j)
     @cython.locals(way=int)

@@ -68,7 +68,7 @@ class World:
 
     __slots__ = (
         "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
-        "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_requests",
+        "_goal", "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_requests",
         "_requests_near", "_rims", "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
         "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
@@ -77,7 +77,7 @@ class World:
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
-        self.topology = scenario.topology
+        self.topology, self._goal = scenario.topology, scenario.goal
         size = len(scenario.topology)
         self.hole_at = array("i", [-1]) * size
         for key, hole in enumerate(scenario.holes):
@@ -161,6 +161,10 @@ class World:
         """The height `agent` stands at: its node's surface, or the base of the box it shares the node with."""
         box = self._agent_boxes[agent]
         return self._box_bases[box] if box >= 0 else self._heights[self._agent_nodes[agent]]
+
+    def arrived(self, agent: int) -> bool:
+        """Whether `agent` stands on the goal itself, and not behind a box on it."""
+        return self._agent_nodes[agent] == self._goal and self._agent_boxes[agent] < 0
 
     def passable(self, level: float, i: int, j: int) -> bool:
         """Whether somebody standing at height `level` on `i` can travel to its neighbour `j`.

@@ -8,8 +8,9 @@ import pytest
 from small_worlds import Script, Scripted, line, place, play
 
 from colonysim import load_scenario, simulate
+from colonysim.backends.mock import Mock
 from colonysim.backends.protocol import Done, Finished
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, PluginError
 from colonysim.world.intents import Outcome, Push, Travel, Wait
 from colonysim.world.scenario import Timing
 
@@ -152,7 +153,7 @@ def test_a_waiting_agent_is_woken_by_what_it_waits_for_and_by_nothing_else():
     def act(agent, view, n):
         if agent == 1:
             asked.append((view.node, n))
-            return Wait((2,)) if not view.free(2) or n == 0 else Travel(2)
+            return Wait((2,)) if not view.free(2) or n == 0 or view.node == 2 else Travel(2)
         return Travel(view.node + 1)
 
     # 0 and 1 stand apart; agent 0 walks 2-3-4, agent 1 waits on 1 for node 2 to fall free.
@@ -265,7 +266,7 @@ def test_a_node_that_a_body_kept_wakes_those_who_waited_for_it_when_it_is_let_go
     def act(agent, view, n):
         if agent == 0:
             return Travel(2) if n == 0 else Wait((), 5.0) if n == 1 else Travel(3) if n == 2 else Travel(4)
-        return Travel(1) if view.node == 0 and view.free(1) and n > 0 else Wait((1,)) if view.node == 0 else Travel(2)
+        return Travel(1) if view.node == 0 and view.free(1) and n > 0 else Wait((1,)) if view.node == 0 else Wait()
 
     points = [(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)]
     scenario = place(points, [(0, 1), (1, 2), (2, 3), (3, 4)], goal=4, agents=[1, 0], max_steps=9, stall_seconds=60)
@@ -329,7 +330,7 @@ def test_who_waits_for_a_place_goes_before_who_comes_from_it():
 
     def act(agent, view, n):
         if agent == 0:
-            return Travel(1) if view.free(1) else Wait((1,))
+            return Travel(1) if view.free(1) and view.node == 0 else Wait((1,))
         return Travel(2 if view.node == 1 else 1) if view.free(1) or view.node == 1 else Wait((1,))
 
     scenario = line(4, goal=3, agents=[0, 1], max_steps=6)
@@ -357,3 +358,66 @@ def test_who_asks_first_for_a_place_is_served_first_and_a_request_ends_with_the_
     entered = [e.agent for e in events if e.kind == "end" and e.target == 1]
     assert entered == [0]
     assert asked["world"].clear_requests == {1: 1}, "the other one asks in its turn"
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+@pytest.mark.parametrize("policy", ["colony", "paper"])
+def test_an_agent_that_is_under_way_for_long_is_no_deadlock(policy, mode):
+    points = [(1000.0 * i, 0.0) for i in range(4)]
+    scenario = place(points, [(0, 1), (1, 2), (2, 3)], goal=3, agents=[0, 1], detection_radius=5000.0)
+    _, end = result(scenario, policy=policy, mode=mode)
+    assert (end.ended, end.success) == ("goal", 1.0) and end.sim_seconds > scenario.stall_seconds
+
+
+def test_who_waits_beside_a_very_long_action_looks_up_ever_more_seldom():
+    """Before the stall at the pace that it asks for; while a journey of 1e8 s lasts, in all some thousand times."""
+    waits = []
+
+    def act(agent, view, n):
+        if agent == 0:
+            return Travel(view.node + 1)
+        waits.append(n)
+        return Wait((), 1.0)
+
+    timing = Timing(jitter=0.0, travels={(0, 1): 1e8})
+    scenario = line(3, goal=1, agents=[0, 2], stall_seconds=60.0, timing=timing)
+    events, end = result(scenario, policy=Script(act))
+    assert [e.agent for e in events if e.kind == "goal"] == [0]
+    assert end.ended == "deadlock" and 60 < len(waits) < 4000
+
+
+def test_an_action_that_never_ends_is_a_deadlock_after_a_hundred_times_its_edge_s_time():
+    class Stuck(Scripted):
+        tick = 0.5
+
+    _, end = result(line(4, goal=3, agents=[0], stall_seconds=20.0), policy=ON, backend=Stuck(lambda *_: None))
+    assert end.ended == "deadlock" and end.sim_seconds == pytest.approx(100.0, abs=1.0)
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_nobody_is_at_the_goal_behind_a_box_on_it_or_short_of_it(mode):
+    """Who takes hold of a box on the goal stands beside it; who was stopped on the last edge has not got there."""
+    way = [Travel(1), Travel(2), Push(0, 3, -1), Push(0, 2, -1), Travel(3)]
+    scenario = line(4, goal=3, agents=[0], boxes=[(3, 0.35)], max_steps=9)
+    events, end = result(scenario, policy=Script(lambda agent, view, n: way[min(n, 4)]), mode=mode)
+    assert [e.action for e in events if e.kind == "end"] == ["travel", "travel", "take", "push", "travel"]
+    assert (end.ended, end.steps) == ("goal", 5)
+    short = [Outcome("blocked", 1, reason="timeout"), None, None]
+    there_and_back = Script(lambda agent, view, n: Travel(1 - view.node))
+    options = {"policy": there_and_back, "backend": Mock(short), "mode": mode}
+    events, end = result(line(2, goal=1, agents=[0], max_steps=9), **options)
+    assert [e.status for e in events if e.kind == "end"] == ["blocked", "arrived", "arrived"]
+    assert (end.ended, end.steps) == ("goal", 3)
+
+
+def test_a_policy_that_waits_for_hardly_any_time_is_held_to_longer_waits():
+    waits = []
+    hurried = Script(lambda agent, view, n: waits.append(n) or Wait((), 1e-9))
+    _, end = result(line(3, goal=2, agents=[0], stall_seconds=50.0), policy=hurried)
+    assert end.ended == "deadlock" and len(waits) < 100
+
+
+def test_two_that_keep_each_other_awake_while_no_time_passes_are_an_error():
+    policy = Script(lambda agent, view, n: Wait((0, 1, 2), 5.0, 1 - agent if n % 2 else 2))
+    with pytest.raises(PluginError, match=r"policy 'script', agent [01] at 5 s: it has decided 10000 times to wait"):
+        result(line(4, goal=3, agents=[0, 1]), policy=policy)

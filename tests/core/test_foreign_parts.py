@@ -12,6 +12,7 @@ from small_worlds import line, place
 import colonysim
 from colonysim import simulate
 from colonysim.backends.nodeworld import NodeWorld
+from colonysim.errors import PluginError
 from colonysim.pheromones import BoxWorth, HoleTrail
 from colonysim.policies.presets import Colony
 from colonysim.policies.stigmergy import Memory, Stigmergy
@@ -66,8 +67,9 @@ def test_a_policy_that_lacks_a_field_is_told_which():
             return {name: field for name, field in super().fields(world).items() if name != "E"}
 
     scenario = line(4, goal=3, agents=[0], parameters={"epsilon": 1.0})
-    with pytest.raises(KeyError, match="E"):
+    with pytest.raises(PluginError, match="policy 'colony', agent 0 at 0 s: decide raises KeyError: 'E'") as caught:
         list(simulate(scenario, policy=Short(scenario), episodes=1))
+    assert isinstance(caught.value.__cause__, KeyError)
 
 
 def test_keys_of_holes_that_do_not_exist_are_nobodys():
@@ -91,14 +93,15 @@ def test_worth_of_pairs_that_do_not_exist():
     assert [tuple(write) for write in worth.frame()] == [(0, 0, 5.0)]
 
 
-def test_waits_footprints_and_requests_may_name_what_does_not_exist():
+def test_waits_footprints_and_requests_that_name_what_does_not_exist():
     class Wide(NodeWorld):
         def footprint(self, agent, intent):
             places = super().footprint(agent, intent)
             return places if isinstance(intent, Wait) else places | {(1, 500_000_000)}
 
     scenario = line(6, goal=5, agents=[0, 2, 4])
-    assert [e.status for e in simulate(scenario, backend=Wide(), episodes=1, seed=1, kinds=["episode"])]
+    with pytest.raises(PluginError, match=r"footprint of .* holds \(1, 500000000\), expected a node or an edge"):
+        list(simulate(scenario, backend=Wide(), episodes=1, seed=1))
     world = World(scenario)
     world.ask(0, 99)
     assert not world.clear_requests and not world.requested_near(3)

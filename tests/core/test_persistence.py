@@ -137,6 +137,12 @@ def test_frames_of_another_map_are_refused():
     for frame in (Frame(1, "D", 77, -1, 3.0), Frame(1, "H", 0, 5, 0.5)):
         with pytest.raises(ColonysimError, match="no such node"):
             play(scenario, initial={frame.field: [frame]})
+    for value in (float("nan"), float("inf")):
+        for name in "DHE":
+            with pytest.raises(ColonysimError, match=f"run's {name} holds {value} at 0, expected a finite number"):
+                play(scenario, initial={name: [Frame(1, name, 0, -1, value)]})
+    with pytest.raises(ColonysimError, match="no such box"):
+        play(scenario, initial={"B": [Frame(1, "B", 10**6, -1, 1.0)]})
     unknown = {"unknown": [Frame(1, "unknown", 99, -1, 1.0)]}
     play(scenario, initial={"D": [Frame(1, "D", 0, -1, 3.0)], **unknown}, episodes=1)
     for policy in (None, "random"):

@@ -144,7 +144,7 @@ def test_an_extra_field_is_carried_along(third_party):
     assert footprints == {f.node: f.value for f in rows.tables["frames"] if f.field == "E" and f.episode == 2}
     plain, _ = play(load_scenario("sanity", None, as_exploration), episodes=2, seed=1)
     assert events == plain, "a field nobody reads changes nothing"
-    assert issubclass(plugins.field_class(f"{third_party}:Footprints"), Exploration)
+    assert issubclass(plugins.load("fields", f"{third_party}:Footprints"), Exploration)
 
 
 def test_unknown_names_are_answered_with_the_nearest():
@@ -229,7 +229,7 @@ class BoardError(Exception):
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
 @pytest.mark.parametrize("where", ["decide", "start", "advance"])
-def test_an_exception_of_a_third_party_reaches_the_caller_itself(mode, where):
+def test_an_exception_of_a_third_party_is_one_error_that_says_whose_it_is_and_holds_it(mode, where):
     raised = BoardError(3, code=7)
 
     def fail(*_):
@@ -240,7 +240,26 @@ def test_an_exception_of_a_third_party_reaches_the_caller_itself(mode, where):
         body.tick = 0.5
         body.start = lambda *_: None
     setattr(policy if where == "decide" else body, where, fail)
-    with pytest.raises(BoardError) as caught:
+    with pytest.raises(PluginError, match=f"{where} raises BoardError: board 3: code 7") as caught:
         list(simulate(line(3, agents=(2,)), policy=policy, backend=body, mode=mode))
-    assert caught.value is raised and caught.value.__cause__ is None
-    assert caught.traceback[-1].name == "fail"
+    assert caught.value.__cause__ is raised and raised.__cause__ is None
+    assert str(caught.value).startswith("policy 'colony', agent 0 at" if where == "decide" else "backend 'nodeworld'")
+
+
+@pytest.mark.parametrize("group", ["policies", "backends", "fields"])
+@pytest.mark.parametrize(
+    ("made", "why"), [(None, "is None"), (3, "is no .*: int has no method"), (int, "is the class int")]
+)
+def test_a_factory_that_makes_no_such_part_is_refused_at_the_start(group, made, why, tmp_path, monkeypatch):
+    (tmp_path / "third_party_void.py").write_text(f"def make(*_):\n    return {getattr(made, '__name__', made)}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "third_party_void", raising=False)
+    where = "third_party_void:make"
+    scenario = line(3, agents=(2,), parameters={"extra_fields": [where]} if group == "fields" else {})
+    options = {"policies": {"policy": where}, "backends": {"backend": where}, "fields": {}}[group]
+    with pytest.raises(PluginError, match=f"'{where}' {why}"):
+        list(simulate(scenario, **options))
+    if made is not int and group != "fields":
+        handed = {"policies": {"policy": lambda _: made}, "backends": {"backend": made}}[group]
+        with pytest.raises(PluginError, match=f"what was given as (policy|backend) {why}"):
+            list(simulate(scenario, **handed))
