@@ -114,9 +114,7 @@ def pockets(rng: random.Random) -> dict[str, Any]:
     """A corridor with dead ends at its sides, in some of which there are boxes."""
     length = rng.randint(4, 6)
     middle = "a" + mixed(rng, "." * (length - 1) + rng.choice(("b", "."))) + "." + "og"
-    sides = [
-        "".join(rng.choice("b. ") if 0 < x <= length else " " for x in range(len(middle))) for _ in range(2)
-    ]
+    sides = ["".join(rng.choice("b. ") if 0 < x <= length else " " for x in range(len(middle))) for _ in range(2)]
     # Dead ends do not touch each other.
     sides = ["".join(s if x % 2 else " " for x, s in enumerate(side)) for side in sides]
     plan = [sides[0], middle, sides[1]]
@@ -245,3 +243,82 @@ def play(job: Job) -> int:
     scenario = scenario_from_document(small_world(job.kind, job.seed))
     events = simulate(scenario, policy=job.policy, episodes=job.episodes, seed=job.seed, kinds={"episode"})
     return sum(event.status == "goal" for event in events)
+
+
+def jobs_for(policy: str, worlds: int, seed: int, episodes: int) -> list[Job]:
+    """As many worlds of every kind, of seeds from `seed` on."""
+    kinds = list(KINDS)
+    return [Job(kinds[i % len(kinds)], seed + i // len(kinds), policy, episodes) for i in range(worlds)]
+
+
+def share(successes: int, trials: int) -> str:
+    low, high = wilson(successes, trials)
+    return f"{successes / max(1, trials):.3f} [{low:.3f}, {high:.3f}]"
+
+
+def table(counts: dict[str, list[int]], jobs: list[Job]) -> list[str]:
+    """A row for each kind and one for all: worlds solved and the share of episodes in which all arrive."""
+    names = list(counts)
+    lines = [
+        f"| kind | worlds | {' | '.join(f'solved by {name}' for name in names)} | by random, not by {names[-1]} | "
+        f"fewer episodes than random | {' | '.join(f'episodes, {name}' for name in names)} |",
+        "|---" * (2 * len(names) + 4) + "|",
+    ]
+    for kind in [*KINDS, "all"]:
+        rows = [i for i, job in enumerate(jobs) if kind in (job.kind, "all")]
+        if not rows:
+            continue
+        won = {name: [values[i] for i in rows] for name, values in counts.items()}
+        chance, mine = won["random"], won[names[-1]]
+        trials = len(rows) * jobs[0].episodes
+        cells = [kind, str(len(rows)), *(str(sum(n > 0 for n in values)) for values in won.values())]
+        cells.append(str(sum(a > 0 and b == 0 for a, b in zip(chance, mine, strict=True))))
+        cells.append(str(sum(b < a for a, b in zip(chance, mine, strict=True))))
+        cells += [share(sum(values), trials) for values in won.values()]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def exceptions(counts: dict[str, list[int]], jobs: list[Job]) -> list[str]:
+    """The worlds in which the last policy does worse than random."""
+    name = list(counts)[-1]
+    return [
+        f"- {job.kind}, seed {job.seed}: `random` {a}, {name} {b} of {job.episodes} episodes"
+        for job, a, b in zip(jobs, counts["random"], counts[name], strict=True)
+        if b < a
+    ]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--worlds", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=2000)
+    parser.add_argument("--episodes", type=int, default=60)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--policies", nargs="+", default=POLICIES)
+    parser.add_argument("--save", type=Path, metavar="FILE", help="keep the counts for a later table")
+    parser.add_argument("--before", type=Path, metavar="FILE", help="counts of `colony` that an earlier version saved")
+    parser.add_argument("--table", type=Path, metavar="FILE", help="write the table there, not to the screen")
+    args = parser.parse_args()
+    counts: dict[str, list[int]] = {}
+    if args.before:
+        earlier = json.loads(args.before.read_text(encoding="utf-8"))
+        counts |= {("colony before" if name == "colony" else name): values for name, values in earlier.items()}
+    with ProcessPoolExecutor(args.workers) as pool:
+        for policy in args.policies:
+            jobs = jobs_for(policy, args.worlds, args.seed, args.episodes)
+            counts[policy] = list(pool.map(play, jobs, chunksize=4))
+    if args.save:
+        replace_file(args.save, json.dumps(counts).encode())
+    if "random" not in counts:
+        parser.error("the table compares with random: name it in --policies or have it in --before")
+    lines = [*table(counts, jobs), "", *(exceptions(counts, jobs) or ["No world in which it does worse than random."])]
+    text = "\n".join(lines) + "\n"
+    if args.table:
+        replace_file(args.table, text.encode())
+    else:
+        print(text, end="")
+
+
+if __name__ == "__main__":
+    main()

@@ -47,9 +47,12 @@ class StigmergySettings:
         exploration_on_wait: Whether waiting deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
         candidates_centre: Whether holes count as near from the "box" or from the "agent".
-        look_on: Whether the next nearest box is looked at where the nearest can go to no hole.
+        look_on: Whether the next nearest box is looked at where the nearest one can go to no hole.
         errands: Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight.
-        step_past: Whether an agent that is shut in steps to the node of a box to leave it on another side.
+        step_past: Whether an agent that is shut in, or that comes to no useful box otherwise, steps to a box's node
+            to leave it on another side.
+        restless: Choices in sight of boxes but with none to go for, in edges' lengths and units of the farthest node's
+            way to the goal, after which an agent tries whatever the place allows, for as many; None for never.
         collision: "reservation", or "two_node" for Algorithm 8.
         patience: Waits, in travelled edges' time, after which a carrier drops its box; None for never.
         tries: Pushes that fail in a row before a carrier gives up its box for now; None for never.
@@ -82,6 +85,7 @@ class StigmergySettings:
     look_on: bool = True
     errands: bool = True
     step_past: bool = True
+    restless: Positive | None = 3.0
     collision: Literal["reservation", "two_node"] = "reservation"
     patience: Positive | None = 5.0
     tries: Annotated[int, Field(ge=1)] | None = 2
@@ -107,6 +111,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "look_on": False,
         "errands": False,
         "step_past": False,
+        "restless": None,
         "collision": "two_node",
         "patience": None,
         "tries": None,

@@ -12,6 +12,7 @@ cdef class Stigmergy:
     cdef object _scenario
     cdef long long _tries
     cdef int _goal, _room, _most_holes
+    cdef long long _restless
     cdef bint _marking
     cdef Options _options
     cdef double _beta, _patience, _least, _reach
@@ -22,7 +23,7 @@ cdef class Stigmergy:
 
     @cython.locals(carried=Thought, dropped=int)
     cpdef Thought think(self, LocalView view, Kept memory, draw)
-    @cython.locals(box=int, hole=int, node=int, way=tuple, thought=Thought)
+    @cython.locals(box=int, hole=int, node=int, way=tuple, thought=Thought, vain=int)
     cdef Thought _carry(self, LocalView view, Kept memory)
     cdef bint _impatient(self, LocalView view)
     @cython.locals(
@@ -41,7 +42,7 @@ cdef class Stigmergy:
     cdef Thought _exploit(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
         i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,
-        node=int, beside=int, passed=int, shunned=int, shunned_at=int,
+        node=int, beside=int,
     )
     cdef Thought _follow_distance(
         self, LocalView view, Kept memory, draw, int count, int box=*, int towards=*, double worth=*, int hole=*,
@@ -65,9 +66,16 @@ cdef class Stigmergy:
         thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
     cdef Thought _explore(self, LocalView view, Kept memory, draw, int count)
+    @cython.locals(vain=int)
+    cdef Thought _look_about(self, LocalView view, Kept memory, draw, int count)
+    @cython.locals(
+        nodes="int[::1]", boxes="int[::1]", values="double[::1]", beside="int[::1]", pushes="int[::1]", i=int, j=int,
+        box=int, thought=Thought, crowding=FieldWindow,
+    )
+    cdef Thought _roam(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
     cdef Thought _weighed(self, Thought thought, int count)
     cdef dict _boxes_to_pass(self, LocalView view, Kept memory)
-    @cython.locals(at=int, thought=Thought)
+    @cython.locals(at=int, thought=Thought, planned=tuple)
     cdef Thought _claim(self, LocalView view, Kept memory, int box, int hole, tuple way)

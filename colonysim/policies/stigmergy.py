@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Memory", "Stigmergy"]
 
+NEVER = 1 << 30
+"""More choices than anybody makes."""
+
 
 class Stigmergy:
     """The stigmergic policy in either of its presets, or with parameters of your own.
@@ -47,7 +50,7 @@ class Stigmergy:
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
         self._least, self._overfill, self._from_box = s.feasibility, s.overfill, s.candidates_centre == "box"
-        self._look_on = s.look_on
+        self._look_on, self._restless = s.look_on, NEVER
         self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
         self._tries = -1 if s.tries is None else min(s.tries, sys.maxsize)
         self._scenario, self._room, self._most_holes, self._marking = scenario, -1, -1, False
@@ -80,7 +83,10 @@ class Stigmergy:
         """
         self._make_room(world.scenario)  # it may be another than the policy was made for
         s = self.settings
-        d_max = s.d_max * extent(world) or 1.0
+        farthest = extent(world)
+        d_max = s.d_max * farthest or 1.0
+        if s.restless is not None:
+            self._restless = max(1, int(min(s.restless * farthest / world.topology.mean_length, float(NEVER))))
         everywhere, at_start = s.updates == "everywhere", s.deposit_at_start
         own: list[Field] = [
             Distance(
@@ -126,13 +132,15 @@ class Stigmergy:
     def think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
         """`decide`, before it is put into words; `draw` is the stream's `random`."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
-            memory = remembering(memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1)
+            memory = remembering(
+                memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1, memory.vain
+            )
         if memory.box >= 0:
             carried = self._carry(view, memory)
             if carried is not None:
                 return carried
             dropped = memory.box if view.held() == memory.box else -1
-            memory = remembering(memory.epsilon, -1, -1, (), -1, dropped, view.node)
+            memory = remembering(memory.epsilon, -1, -1, (), -1, dropped, view.node, memory.vain)
         return self._choose(view, memory, draw)
 
     # -- with a box ------------------------------------------------------------------------------------------------
@@ -148,7 +156,9 @@ class Stigmergy:
         if not way:
             return None
         if view.sees_hole(hole):
-            memory = remembering(memory.epsilon, box, hole, way, -1, -1, -1)
+            # With its last push something is achieved.
+            vain = memory.vain if len(way) > 2 else 0
+            memory = remembering(memory.epsilon, box, hole, way, -1, -1, -1, vain)
         node = way[1]
         if not view.foresees and view.chance(box, node) < self._least:
             return None
@@ -294,8 +304,9 @@ class Stigmergy:
         if s.epsilon_per == "choice":
             epsilon = max(s.epsilon_floor, memory.epsilon * s.epsilon_decay)
             memory = remembering(
-                epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at
-            )
+                epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at,
+                memory.vain,
+            )  # fmt: skip
         if count == 0:
             return self._follow_distance(view, memory, draw, count)
         crowding = view.e
@@ -310,6 +321,47 @@ class Stigmergy:
             hole, way = holes[int(draw() * len(holes))]
             thought = self._claim(view, memory, boxes[chosen], hole, way)
         thought.explored = True
+        return self._weighed(thought, count)
+
+    def _look_about(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
+        """With no box to go for: follows D, or roams for a while if that has led nowhere for long."""
+        if self._restless == NEVER or not view.box_in_sight():
+            return self._follow_distance(view, memory, draw, count)
+        vain = memory.vain + 1 if memory.vain < 2 * self._restless else 0
+        memory = remembering(
+            memory.epsilon, -1, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at, vain
+        )
+        if vain > self._restless:
+            return self._roam(view, memory, draw, count)
+        return self._follow_distance(view, memory, draw, count)
+
+    def _roam(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
+        """Follows E over all that the place allows: ways out, boxes beside, pushes that its pusher goes along with."""
+        nodes, boxes, values, beside, pushes = self._nodes, self._boxes, self._values, self._beside, self._pushes
+        for i in range(count):
+            boxes[i] = -1
+        for i in range(view.boxes_beside(beside)):
+            j, box = beside[i], view.top_box(beside[i])
+            if box != memory.shunned and view.graspable_from(view.node, box) and self._allowed(view, j):
+                nodes[count], boxes[count] = j, box
+                count += 1
+        box = view.top_box(view.node)
+        if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box):
+            for i in range(view.pushes_into(box, self._goal, pushes)):
+                j = pushes[i]
+                if self._allowed(view, j) and view.chance(box, j) >= self._least:
+                    nodes[count], boxes[count] = j, box
+                    count += 1
+        thought = thinking(memory)
+        if count == 0:
+            thought.idle = True
+            return thought
+        crowding = view.e
+        for i in range(count):
+            values[i] = -crowding._read(nodes[i])
+        weigh(values, count, self._beta)
+        i = pick(values, count, draw())
+        thought.node, thought.box, thought.explored = nodes[i], boxes[i], True
         return self._weighed(thought, count)
 
     def _insert(self, count: int, node: int, box: int) -> int:
@@ -330,32 +382,34 @@ class Stigmergy:
         return thought
 
     def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
-        """Weighs B of the nearest box against D of the neighbours: of the nearest that can go to a hole, if it looks on.
+        """Weighs B of the nearest box against D of the neighbours.
 
-        A box that another one keeps from every hole is passed over for the next nearest, and where it also keeps the
-        agent from that one, the agent steps past it.
+        Who looks on passes over a box that can go to no hole, another one being in its way, for the next nearest; with
+        none within reach, for those to which it comes by stepping past others.
         """
         # With no hole in sight only a box at hand, whose holes can be smelt, or one that is sought has any targets.
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
         box = view.find_box(memory.shunned, self._goal) if some else -1
         useless: list[int] = []
         found: list[tuple[int, Way]] = []
-        past = not self._step_past
+        past = False
         while some:
-            if box < 0:
-                if past or not self._look_on:
-                    break
-                past = True
-            else:
+            if box >= 0:
                 if view.first != view.node and not self._allowed(view, view.first):
                     break
                 found = self._targets(view, memory, box, view.first)
-                if found or not self._look_on:
+                if found:
                     break
                 useless.append(box)
-            box = view.find_box(memory.shunned, self._goal, useless, past and self._step_past)
+            elif past or not self._step_past:
+                break
+            else:
+                past = True
+            if not self._look_on:
+                break
+            box = view.find_box(memory.shunned, self._goal, useless, past)
         if not found:
-            return self._follow_distance(view, memory, draw, count)
+            return self._look_about(view, memory, draw, count)
         first = view.first
         worth, worths, chosen = view.b, self._worths, 0
         if len(found) > 1:
@@ -412,19 +466,16 @@ class Stigmergy:
             thought = thinking(memory)
             thought.node = nodes[i]
         elif box < 0:
-            thought = thinking(remembering(memory.epsilon, -1, -1, (), -1, boxes[i], nodes[i]))
+            thought = thinking(memory)
             thought.box, thought.node = boxes[i], nodes[i]
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
             thought = self._claim(view, memory, box, hole, way)
         else:
-            passed = -1 if view.passable(towards) else view.top_box(towards)
-            shunned, shunned_at = (memory.shunned, memory.shunned_at) if passed < 0 else (passed, towards)
             if self._errands:
-                memory = remembering(memory.epsilon, -1, hole, way, box, shunned, shunned_at)
-            elif passed >= 0:
-                memory = remembering(memory.epsilon, -1, -1, (), -1, shunned, shunned_at)
+                memory = remembering(memory.epsilon, -1, hole, way, box, memory.shunned, memory.shunned_at, memory.vain)
             thought = thinking(memory)
-            thought.box, thought.node = passed, towards
+            # On the way there may be another box, to whose node it steps to leave that on the other side.
+            thought.box, thought.node = -1 if view.passable(towards) else view.top_box(towards), towards
         return self._weighed(thought, count)
 
     def _shut_in(self, view: LocalView, options: int) -> bool:
@@ -451,7 +502,8 @@ class Stigmergy:
 
     def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> Thought:
         """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
-        thought = thinking(remembering(memory.epsilon, box, hole, way if self._errands else (), -1, -1, -1))
+        planned = way if self._errands else ()
+        thought = thinking(remembering(memory.epsilon, box, hole, planned, -1, -1, -1, memory.vain))
         thought.box, thought.hole, at = box, hole, view.box_node(box)
         if at != view.node:
             thought.node = at
@@ -461,7 +513,8 @@ class Stigmergy:
             seconds, thought = self.settings.patience, thinking(memory)
             if self._impatient(view):
                 # It has waited for that node before: whoever is there may be shut in by this very box.
-                seconds, thought = 1.0, thinking(remembering(memory.epsilon, -1, -1, (), -1, box, view.node))
+                memory = remembering(memory.epsilon, -1, -1, (), -1, box, view.node, memory.vain)
+                seconds, thought = 1.0, thinking(memory)
             limit = None if seconds is None else seconds * view.edge_seconds
             thought.wait = Wait(self._causes(view, (way[1],)), limit)
         return thought

@@ -10,11 +10,11 @@ cdef class Memory:
     cdef public double epsilon
     cdef public int box, hole
     cdef public tuple way
-    cdef public int sought, shunned, shunned_at
+    cdef public int sought, shunned, shunned_at, vain
 
 
 @cython.locals(memory=Memory)
-cpdef Memory remembering(double epsilon, int box, int hole, tuple way, int sought, int shunned, int shunned_at)
+cpdef Memory remembering(double epsilon, int box, int hole, tuple way, int sought, int shunned, int shunned_at, int vain)
 
 
 @cython.final

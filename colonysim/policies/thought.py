@@ -29,6 +29,7 @@ class Memory:
         sought: A box it is on its way to, or -1; `hole` and `way` are then those meant for it.
         shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
         shunned_at: The node at which it dropped that box.
+        vain: How often it has had no box to go for, though one was in sight, since it last filled a hole.
     """
 
     epsilon: float
@@ -38,13 +39,16 @@ class Memory:
     sought: int = -1
     shunned: int = -1
     shunned_at: int = -1
+    vain: int = 0
 
 
-def remembering(epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int) -> Memory:
+def remembering(
+    epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int, vain: int
+) -> Memory:
     """`Memory(...)`, which compiled code cannot call without making objects of all numbers."""
     memory = Memory.__new__(Memory)
     memory.epsilon, memory.box, memory.hole, memory.way = epsilon, box, hole, way
-    memory.sought, memory.shunned, memory.shunned_at = sought, shunned, shunned_at
+    memory.sought, memory.shunned, memory.shunned_at, memory.vain = sought, shunned, shunned_at, vain
     return memory
 
 

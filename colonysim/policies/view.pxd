@@ -51,6 +51,8 @@ cdef class LocalView:
     cpdef int held(self)
     @cython.locals(world=World, way=int)
     cpdef bint box_at_hand(self) except? -1
+    @cython.locals(world=World)
+    cpdef bint box_in_sight(self) except? -1
     cpdef int top_box(self, int node) except? -2
     @cython.locals(world=World, count=int, way=int, j=int)
     cpdef int boxes_beside(self, int[::1] found) except -1

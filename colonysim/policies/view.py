@@ -325,6 +325,11 @@ class LocalView:
                 return True
         return False
 
+    def box_in_sight(self) -> bool:
+        """Whether there is a box within R."""
+        world = self._world
+        return len(world._box_nodes) > 0 and world.sight().sees_box(self.node)
+
     def beside_box(self, node: int) -> bool:
         """Whether a node is next to a box that stands next to the agent."""
         return self._world.beside_box(self.node, node)
