@@ -16,7 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
+from colonysim.cli import app
 from colonysim.sweep.tables import read_table
 from colonysim.trace.reader import Run
 
@@ -150,7 +152,7 @@ def test_a_sweep_goes_on_without_its_terminal(kind: str, tmp_path: Path) -> None
         ("tune tune.yaml --out out --workers 1", "out/trials.parquet"),
         ("evaluate push --push scripted -n 2 --out out", "out/manifest.json"),
         ("video run film.gif --seconds 4", "film.gif"),
-        ("bench nodes-100 -n 1 --save bench.json", "bench.json"),
+        ("bench hard travel-10 -n 1 --save bench.json", "bench.json"),
         ("train push --out model --set actions=300", "model/push.json"),
         ("train way --ways 20 --out way", "way/way.json"),
     ],
@@ -259,3 +261,26 @@ def test_a_log_holds_lines_and_nothing_else(tmp_path: Path) -> None:
         lines = done.stderr.splitlines()
         assert "\x1b" not in done.stderr and "\r" not in done.stderr and len(lines) >= 3
         assert any("left" in line and "%" in line for line in lines), lines
+
+
+# Files
+
+
+LONG = "x" * 300
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "run sanity -n 1 -q -o {}", "run {}", "view run --no-open -o {}.html", "export run -o {}.csv", "video run {}.gif",
+        "new grid -o {}.yaml", "sweep sweep.yaml --out {}", "results {}", "reproduce --out {} --quick", "report {}",
+    ],
+)  # fmt: skip
+def test_a_name_that_is_too_long_is_told_in_one_line(
+    words: str, recorded: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(recorded)
+    Path("sweep.yaml").write_text(SWEEP)
+    result = CliRunner().invoke(app, words.format(LONG).split())
+    assert result.exit_code == 2 and LONG in result.stderr and "too long" in result.stderr
+    assert result.stderr.count("\n") == 1 and not result.stdout
