@@ -272,8 +272,8 @@ LONG = "x" * 300
 @pytest.mark.parametrize(
     "words",
     [
-        "run sanity -n 1 -q -o {}", "run {}", "view run --no-open -o {}.html", "export run -o {}.csv", "video run {}.gif",
-        "new grid -o {}.yaml", "sweep sweep.yaml --out {}", "results {}", "reproduce --out {} --quick", "report {}",
+        "run sanity -n 1 -q -o {}", "run {}", "view run --no-open -o {}.html", "export run -o {}.csv",
+        "video run {}.gif", "new grid -o {}.yaml", "sweep sweep.yaml --out {}", "results {}", "report {}",
     ],
 )  # fmt: skip
 def test_a_name_that_is_too_long_is_told_in_one_line(
