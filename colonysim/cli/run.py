@@ -121,9 +121,9 @@ def command(
 ) -> None:
     """Run a scenario and record it in a run directory.
 
-    Progress goes to standard error, results to standard output. Ctrl-C ends the run; what
-    it had recorded until then stays readable. With --live on a terminal the page is served
-    until a Ctrl-C after the run.
+    Progress goes to standard error, results to standard output. Ctrl-C ends the run (SIGTERM
+    and a closed terminal do too); what it had recorded until then stays readable. With --live
+    on a terminal the page is served until a Ctrl-C after the run.
     """
     from contextlib import ExitStack
 

@@ -215,3 +215,37 @@ def test_ctrl_c_waits_until_rows_are_hashed_and_written(
     assert run.status == "interrupted" and run.verify()
     assert 30 <= run.table("events").num_rows <= 120
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_what_a_signal_does_is_done_after_the_last_write_and_an_ignored_one_does_nothing(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import colonysim.trace.writer as module
+
+    original = module.finish_manifest
+
+    def impatient(*args: object) -> None:
+        for _ in range(3):
+            os.kill(os.getpid(), number)
+        original(*args)
+
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt(number)
+
+    monkeypatch.setattr(module, "finish_manifest", impatient)
+    before = signal.getsignal(number)
+    try:
+        for handler in (stop, signal.SIG_IGN):
+            signal.signal(number, handler)
+            path = tmp_path / str(handler == stop)
+            path.mkdir()
+            writer = TraceWriter(path, manifest())
+            if handler is stop:
+                with pytest.raises(KeyboardInterrupt, match=str(int(number))):
+                    writer.finish("finished")
+            else:
+                writer.finish("finished")
+            assert Run.open(path).status == "finished" and signal.getsignal(number) is handler
+    finally:
+        signal.signal(number, before)
