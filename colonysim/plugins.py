@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.world.scenario import Scenario
 
-__all__ = ["BUILT_IN", "available", "field_class", "load", "make_backend", "make_policy"]
+__all__ = ["BUILT_IN", "available", "field_class", "load", "locate", "make_backend", "make_policy"]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {
@@ -44,17 +44,27 @@ def available(group: str) -> dict[str, str]:
     return {**found, **BUILT_IN[group]}
 
 
-def load(group: str, name: str) -> Any:
-    """The class or factory called `name` in a group, or at "package.module:Name".
+def locate(group: str, name: str) -> str:
+    """The "package.module:Name" of what is called `name` in a group; nothing is imported.
 
     Raises:
-        PluginError: There is no such name (the nearest one is named), or its module cannot be imported.
+        PluginError: There is no such name; the nearest one is named.
     """
     # Looking through what is installed takes milliseconds, and nothing there goes before our own.
     place = name if ":" in name else BUILT_IN[group].get(name) or available(group).get(name)
     if place is None:
         names = sorted(available(group))
         raise PluginError(f"no {'policy' if group == 'policies' else group[:-1]} {name!r}; {nearest(name, names)}")
+    return place
+
+
+def load(group: str, name: str) -> Any:
+    """The class or factory called `name` in a group, or at "package.module:Name".
+
+    Raises:
+        PluginError: There is no such name (the nearest one is named), or its module cannot be imported.
+    """
+    place = locate(group, name)
     module, _, attribute = place.partition(":")
     try:
         found: Any = importlib.import_module(module)
