@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from colonysim.world.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["BUILT_IN", "available", "lacking", "load", "make_backend", "make_field", "make_policy"]
+__all__ = ["BUILT_IN", "available", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {
@@ -57,17 +57,27 @@ def available(group: str) -> dict[str, str]:
     return {**found, **BUILT_IN[group]}
 
 
-def load(group: str, name: str) -> Any:
-    """The class or factory called `name` in a group, or at "package.module:Name".
+def locate(group: str, name: str) -> str:
+    """The "package.module:Name" of what is called `name` in a group; nothing is imported.
 
     Raises:
-        PluginError: There is no such name (the nearest one is named), or its module cannot be imported.
+        PluginError: There is no such name; the nearest one is named.
     """
     # Looking through what is installed takes milliseconds, and nothing there goes before our own.
     place = name if ":" in name else BUILT_IN[group].get(name) or available(group).get(name)
     if place is None:
         names = sorted(available(group))
         raise PluginError(f"no {_kind(group)} {name!r}; {nearest(name, names)}")
+    return place
+
+
+def load(group: str, name: str) -> Any:
+    """The class or factory called `name` in a group, or at "package.module:Name".
+
+    Raises:
+        PluginError: There is no such name (the nearest one is named), or its module cannot be imported.
+    """
+    place = locate(group, name)
     module, _, attribute = place.partition(":")
     try:
         found: Any = importlib.import_module(module)

@@ -32,6 +32,17 @@ _STEP = 0.1
 """Steps and slopes a robot's wheels climb, metres in a tenth of a metre."""
 
 
+FARTHEST = 1000.0
+"""No node lies further from the origin along any axis, metres: the engine's numbers are good to a tenth of a millimetre
+there."""
+LONGEST_EDGE = 200.0
+"""Metres; a robot takes minutes for it."""
+MOST_NODES, MOST_BODIES, MOST_LEVELS = 20_000, 500, 200
+MOST_WAYS = 100_000.0
+"""Metres of edges, times levels and ramps: every tenth of a metre is looked at."""
+LOWEST_BOX, HIGHEST_BOX, DEEPEST_PIT = 0.01, 10.0, 50.0
+
+
 @dataclass(frozen=True, slots=True)
 class Layout:
     """A scenario in metres.
@@ -63,7 +74,7 @@ def lay_out(scenario: Scenario) -> Layout:
 
     Raises:
         ScenarioError: The place cannot be built: pits too close to each other, levels that overlap, a box that is
-            wider than a pit.
+            wider than a pit, more or larger parts than an engine can move in a reasonable time.
     """
     topology, physics = scenario.topology, scenario.physics
     scale = float(physics.get("xy_scale") or XY_SCALE)
@@ -76,6 +87,7 @@ def lay_out(scenario: Scenario) -> Layout:
         heights[hole.node] = z_scale * hole.rim
     same = physics.get("box_height")
     box_heights = [float(same) if same else z_scale * box.height for box in scenario.boxes]
+    _check_size(scenario, places, heights, box_heights, z_scale)
     ways = _ways_to_holes(scenario)
     pits, pit_at = _pits(scenario, physics, places, heights, box_heights, ways, length, z_scale)
     terrain = _terrain(scenario, physics, scale, places, heights, pits)
@@ -84,6 +96,12 @@ def lay_out(scenario: Scenario) -> Layout:
         if given.get("pits"):
             pit_at = _pits_of_holes(scenario, places, terrain)
         heights = _heights_on(scenario, places, terrain, pit_at)
+    total = scale * topology.mean_length * topology.edge_count
+    if total * (len(terrain.grounds) + len(terrain.ramps)) > MOST_WAYS:
+        raise scenario.fault(
+            "physics", f"{total:.0f} m of edges over {len(terrain.grounds)} levels and {len(terrain.ramps)} ramps are"
+            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        )  # fmt: skip
     _check_ways(scenario, places, heights, terrain)
     return Layout(
         terrain,
@@ -106,6 +124,41 @@ def lay_out(scenario: Scenario) -> Layout:
         ),
         0.25 * scale * topology.mean_length,
     )  # fmt: skip
+
+
+def _check_size(
+    scenario: Scenario,
+    places: Sequence[tuple[float, float]],
+    heights: Sequence[float],
+    box_heights: Sequence[float],
+    z_scale: float,
+) -> None:
+    """Whether an engine can build the place, and robots get anywhere in it, in a reasonable time."""
+    topology, fault = scenario.topology, scenario.fault
+    if len(topology) > MOST_NODES:
+        raise fault("physics", f"{len(topology)} nodes, expected at most {MOST_NODES} on a physics backend")
+    bodies = len(scenario.agents) + len(scenario.boxes)
+    if bodies > MOST_BODIES:
+        raise fault("physics", f"{bodies} robots and boxes, expected at most {MOST_BODIES} on a physics backend")
+    if len({round(height, 2) for height in heights}) > MOST_LEVELS:
+        raise fault("physics", f"more than {MOST_LEVELS} levels, expected fewer on a physics backend")
+    for node, (place, height) in enumerate(zip(places, heights, strict=True)):
+        far = max(map(abs, (*place, height)))
+        if far > FARTHEST:
+            name = topology.ids[node]
+            raise fault("physics", f"node {name} lies {far:g} m off, expected at most {FARTHEST:g} m; see xy_scale")
+        for j in topology.neighbours[node]:
+            if (length := math.dist(place, places[j])) > LONGEST_EDGE:
+                names = f"{topology.ids[node]}-{topology.ids[j]}"
+                raise fault("physics", f"edge {names} is {length:g} m long, expected at most {LONGEST_EDGE:g} m")
+    for box, height in enumerate(box_heights):
+        if not LOWEST_BOX <= height <= HIGHEST_BOX:
+            expected = f"{LOWEST_BOX:g} to {HIGHEST_BOX:g} m; see z_scale"
+            raise fault(f"boxes.{box}", f"the box is {height:g} m high, expected {expected}")
+    for hole in scenario.holes:
+        if hole.depth * z_scale > DEEPEST_PIT:
+            name = topology.ids[hole.node]
+            raise fault("physics", f"hole {name} is {hole.depth * z_scale:g} m deep, expected at most {DEEPEST_PIT:g}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,12 +59,12 @@ def _with(part: Any, keys: list[str], value: str, text: str) -> Any:
 
 
 def _read(kind: Any, value: str, text: str) -> Any:
-    import yaml
     from pydantic import TypeAdapter, ValidationError
 
+    from colonysim.world.source import read_text
+
+    read, _ = read_text(value, f"--set {text!r}", places=False)
     try:
-        return TypeAdapter(kind).validate_python(yaml.safe_load(value))
-    except yaml.YAMLError:
-        raise ColonysimError(f"--set {text!r}: {value!r} cannot be read") from None
+        return TypeAdapter(kind).validate_python(read)
     except ValidationError as error:
         raise ColonysimError(f"--set {text!r}: {error.errors()[0]['msg']}") from None

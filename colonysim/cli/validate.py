@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from colonysim.world.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
@@ -16,6 +18,7 @@ Examples:
   colonysim validate my.yaml
   colonysim validate scenarios/*.yaml
   colonysim validate my.yaml --set policy.beta=2
+  colonysim validate my.yaml --backend bullet
 """
 
 
@@ -27,10 +30,15 @@ def command(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a field first; may be given again.")
     ] = None,
+    backend: Annotated[
+        str,
+        typer.Option("--backend", "-b", help="Check for this backend too: bullet builds the place from the graph."),
+    ] = "nodeworld",
 ) -> None:
     """Check scenario files without running them.
 
-    Each of their variants and the policy's parameters are checked too.
+    Each of their variants and the policy's parameters are checked too. No code of others is
+    imported: what a run would load is named, and its parameters are left to the run.
 
     A fault is told as file:line:column: field: what is wrong; the exit code is then 2.
     """
@@ -40,7 +48,7 @@ def command(
     faults = 0
     for name in scenarios:
         try:
-            _check(name, variant, settings or [])
+            _check(name, variant, settings or [], backend)
         except ColonysimError as error:
             say(f"Error: {error}")
             faults += 1
@@ -48,16 +56,65 @@ def command(
         raise SystemExit(2)
 
 
-def _check(name: str, variant: str | None, settings: list[str]) -> None:
-    from colonysim.cli.console import print_result
-    from colonysim.plugins import make_policy
+def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
+    from colonysim.cli.console import print_result, say
+    from colonysim.plugins import BUILT_IN, locate, make_policy
     from colonysim.world.loading import load_scenario, variant_names
+    from colonysim.world.source import printable
 
+    body = locate("backends", backend)
     for one in [variant] if variant else [None, *variant_names(name)]:
         scenario = load_scenario(name, one, settings)
-        make_policy(None, scenario)
-        label = name if one is None else f"{name} (variant {one})"
+        policy = locate("policies", scenario.policy)
+        loaded = [] if backend in BUILT_IN["backends"] else [f"backend {body}"]
+        if scenario.policy in BUILT_IN["policies"]:
+            make_policy(None, scenario)
+            fields = scenario.parameters.get("extra_fields", ())
+            loaded += [f"field {locate('fields', field)}" for field in fields]
+        else:
+            loaded.append(f"policy {policy}, whose parameters are not checked here")
+        if backend == "bullet":
+            from colonysim.backends.layout import lay_out
+
+            lay_out(scenario)
+        shown = printable(name, len(name))
+        label = shown if one is None else f"{shown} (variant {one})"
         print_result(f"{label}: valid: {_outline(scenario)}")
+        if loaded:
+            print_result(f"{label}: a run imports {'; '.join(loaded)}")
+        for warning in _warnings(scenario):
+            say(f"Warning: {label}: {warning}")
+
+
+def _warnings(scenario: Scenario) -> Iterator[str]:
+    """What is allowed and rarely meant: edges that take longer than an episode waits for anything to happen."""
+    from colonysim.backends.layout import XY_SCALE
+    from colonysim.push.driving import TRAVEL_SPEED
+
+    topology, timing = scenario.topology, scenario.timing
+    i = max(range(len(topology)), key=lambda node: max(topology.lengths[node], default=0.0))
+    if not topology.lengths[i]:
+        return
+    length = max(topology.lengths[i])
+    j = topology.neighbours[i][topology.lengths[i].index(length)]
+    metres = length * float(scenario.physics.get("xy_scale") or XY_SCALE)
+    found = [
+        (timing.travel_fixed + timing.travel * length, "to travel", (i, j)),
+        *((seconds, "to travel", edge) for edge, seconds in timing.travels.items()),
+        (metres / TRAVEL_SPEED, f"to drive on a physics backend ({metres:g} m)", (i, j)),
+    ]
+    if scenario.boxes:
+        found.append((timing.push_fixed + timing.push * length, "to push a box over", (i, j)))
+        found += [(seconds, "to push a box over", edge) for edge, seconds in timing.pushes.items()]
+    slow: dict[str, tuple[float, tuple[int, int]]] = {}
+    for seconds, what, edge in found:
+        if seconds > max(scenario.stall_seconds, slow.get(what, (0.0, edge))[0]):
+            slow[what] = (seconds, edge)
+    for what, (seconds, (a, b)) in slow.items():
+        yield (
+            f"edge {topology.ids[a]}-{topology.ids[b]} takes {seconds:g} s {what}, longer than stall_seconds"
+            f" ({scenario.stall_seconds:g}); are coordinates and timing in the units that were meant?"
+        )
 
 
 def _outline(scenario: Scenario) -> str:

@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass
 
 from colonysim.suggest import nearest
+from colonysim.world.source import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
 __all__ = ["PRESETS", "StigmergySettings", "settings_for"]
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+LARGEST = 1e9
+"""No parameter is larger, so that no product of a few of them and of lengths is infinite."""
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid"))
@@ -61,12 +64,12 @@ class StigmergySettings:
         extra_fields: Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.
     """
 
-    beta: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 4.0
+    beta: Annotated[float, Field(ge=0.0, le=LARGEST, allow_inf_nan=False)] = 4.0
     epsilon: Share = 0.2
     epsilon_floor: Share = 0.01
     epsilon_decay: Share = 0.8
     epsilon_per: Literal["choice", "episode"] = "episode"
-    d_max: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 1.5
+    d_max: Annotated[float, Field(ge=1.0, le=LARGEST, allow_inf_nan=False)] = 1.5
     distance_rule: Literal["lrta", "literal"] = "lrta"
     unvisited: Literal["straight", "zero"] = "straight"
     updates: Literal["occupied", "everywhere"] = "occupied"
@@ -87,8 +90,8 @@ class StigmergySettings:
     step_past: bool = True
     restless: Positive | None = 3.0
     collision: Literal["reservation", "two_node"] = "reservation"
-    patience: Positive | None = 5.0
-    tries: Annotated[int, Field(ge=1)] | None = 2
+    patience: Annotated[float, Field(ge=1e-3, le=LARGEST, allow_inf_nan=False)] | None = 5.0
+    tries: Annotated[int, Field(ge=1, le=10**9)] | None = 2
     ask_to_clear: bool = True
     feasibility: Share = 0.5
     extra_fields: tuple[str, ...] = ()
@@ -135,7 +138,7 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool =
     parameters: Mapping[str, Any] = scenario.parameters
     chosen = preset if override else parameters.get("preset", preset)
     if not isinstance(chosen, str) or chosen not in PRESETS:
-        raise scenario.fault("policy.preset", f"no preset {chosen!r}; {nearest(str(chosen), PRESETS)}")
+        raise scenario.fault("policy.preset", f"no preset {printable(repr(chosen))}; {nearest(str(chosen), PRESETS)}")
     names = [field.name for field in dataclasses.fields(StigmergySettings)]
     values = dict(PRESETS[chosen])
     for name, value in parameters.items():
@@ -149,4 +152,4 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool =
     except ValidationError as error:
         first = error.errors()[0]
         name = str(first["loc"][0]) if first["loc"] else "policy"
-        raise scenario.fault(f"policy.{name}", f"{first['msg']}, not {first['input']!r}") from None
+        raise scenario.fault(f"policy.{name}", f"{first['msg']}, not {printable(repr(first['input']))}") from None

@@ -84,14 +84,14 @@ class _Assembly:
     def scenario(self, document: Mapping[str, Any]) -> Scenario:
         file, places = self._file, self._places
         ids, heights, points, edges = self._place()
-        self._check_extent(ids, points, edges)
         floors, rims = self._hole_levels(heights, edges)
         slopes = self._slopes(edges, set(floors))
         for node, floor in floors.items():
             heights[node] = floor
         topology = Topology.build(ids, [(x, y, z) for (x, y), z in zip(points, heights, strict=True)], edges, slopes)
-        boxes = self._boxes(set(floors))
-        goal = self._node(file.goal, "goal")
+        self._check_extent(topology)
+        goal = self._goal(floors)
+        boxes = self._boxes(set(floors), goal)
         agents = self._agents(topology, goal, set(floors), {box.node for box in boxes})
         self._check_solvable(topology, boxes, goal, agents)
         policy = file.policy if isinstance(file.policy, PolicySection) else PolicySection(name=file.policy)
@@ -111,7 +111,7 @@ class _Assembly:
             stall_seconds=float(file.stall_seconds),
             time_limit=None if file.time_limit is None else float(file.time_limit),
             reach=float(file.reach),
-            timing=self._timing(edges),
+            timing=self._timing(topology, edges),
             policy=policy.name,
             parameters=dict(policy.model_extra or {}),
             physics=file.physics.model_dump(exclude_none=True),
@@ -188,17 +188,17 @@ class _Assembly:
             edges.update(self._listed_edges(file.edges, "edges"))
         return ids, heights, points, edges
 
-    def _check_extent(self, ids: Sequence[int], points: Sequence[Point], edges: set[tuple[int, int]]) -> None:
+    def _check_extent(self, topology: Topology) -> None:
         """Generated places keep to the coordinates that listed nodes may have, and every edge has a length."""
-        listed = self._file.nodes is not None
-        far = max(max(abs(x), abs(y)) for x, y in points)
-        if far > LARGEST:
-            raise self._places.fault("topology", f"has nodes at {far:g}, expected none beyond {LARGEST:g}")
-        for i, j in edges:
-            (x, y), (u, v) = points[i], points[j]
-            if abs(x - u) < SMALLEST and abs(y - v) < SMALLEST:
+        for axis in (topology.x, topology.y):
+            far = max(max(axis), -min(axis))
+            if far > LARGEST:
+                raise self._places.fault("topology", f"has nodes at {far:g}, expected none beyond {LARGEST:g}")
+        for i, lengths in enumerate(topology.lengths):
+            if lengths and min(lengths) < SMALLEST:
+                j, ids = topology.neighbours[i][lengths.index(min(lengths))], topology.ids
                 raise self._places.fault(
-                    f"nodes.{max(i, j)}" if listed else "topology",
+                    f"nodes.{max(i, j)}" if self._file.nodes is not None else "topology",
                     f"node {ids[max(i, j)]} stands where node {ids[min(i, j)]} stands and is joined with it,"
                     f" expected edges that have a length of at least {SMALLEST:g}",
                 )
@@ -306,12 +306,26 @@ class _Assembly:
             slopes.append((i, j))
         return slopes
 
-    def _boxes(self, holes: set[int]) -> tuple[BoxStart, ...]:
+    def _goal(self, holes: Mapping[int, float]) -> int:
+        goal = self._node(self._file.goal, "goal")
+        if goal in holes:
+            raise self._places.fault(
+                "goal",
+                f"node {self._file.goal} is a hole, and no box is ever pushed to the goal, where its pusher would leave;"
+                " expected a node beside it",
+            )
+        return goal
+
+    def _boxes(self, holes: set[int], goal: int) -> tuple[BoxStart, ...]:
         boxes: list[BoxStart] = []
         taken: set[int] = set()
         for n, box in enumerate(self._file.boxes):
             field = "node" if isinstance(box, BoxMapping) else "0" if isinstance(box, BoxRow) else ""
             node = self._node(box.node, f"boxes.{n}.{field}")
+            if node == goal:
+                raise self._places.fault(
+                    f"boxes.{n}", f"a box stands on the goal {box.node}, where agents arrive, expected another node"
+                )
             if node not in holes and node in taken:
                 raise self._places.fault(f"boxes.{n}", f"a second box stands on node {box.node}, which is no hole")
             taken.add(node)
@@ -346,11 +360,21 @@ class _Assembly:
             raise self._places.fault("agents.count", message)
         return tuple(draw_some(free, crowd.count, crowd.seed))
 
-    def _timing(self, edges: set[tuple[int, int]]) -> Timing:
+    def _timing(self, topology: Topology, edges: set[tuple[int, int]]) -> Timing:
         timing = self._file.timing
+        shortest = min((min(some) for some in topology.lengths if some), default=1.0)
+        longest = max((max(some) for some in topology.lengths if some), default=1.0)
         for name in ("travel", "push"):
-            if getattr(timing, name) == 0 and getattr(timing, f"{name}_fixed") == 0:
+            pace, fixed = float(getattr(timing, name)), float(getattr(timing, f"{name}_fixed"))
+            if pace == 0 and fixed == 0:
                 raise self._places.fault(f"timing.{name}", f"0 beside a {name}_fixed of 0, expected some time")
+            for length in (shortest, longest):
+                seconds = fixed + pace * length
+                if not SMALLEST <= seconds <= LARGEST:
+                    raise self._places.fault(
+                        f"timing.{name}",
+                        f"an edge of length {length:g} takes {seconds:g} s, expected {SMALLEST:g} to {LARGEST:g} s",
+                    )
         travels = self._durations(timing.travels, "timing.travels", edges)
         return Timing(
             travel=float(timing.travel),

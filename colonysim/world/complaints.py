@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.world.format import FORM_TAGS, PhysicsSection, TimingSection
 from colonysim.world.places import Places, nearest_word
 from colonysim.world.schema import field_descriptions, scenario_schema
+from colonysim.world.source import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -93,7 +94,7 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
         words = [word.strip(" '") for word in str(context.get("expected_tags", "")).split(",")]
         if name == "topology":
             chosen = str(context.get("tag", ""))
-            return f"unknown kind '{chosen}', expected {_either(words)}{nearest_word(chosen, words)}"
+            return f"unknown kind '{printable(chosen)}', expected {_either(words)}{nearest_word(chosen, words)}"
         return f"got {_shown(value)}, expected {form or _FORMS.get(name, 'another form')}"
     if kind == "union_tag_not_found" and name == "topology" and isinstance(value, dict):
         return "the `kind` is missing, expected grid, line, ring, geometric or rooms"
@@ -208,7 +209,7 @@ def _shown(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return f"'{value[:40]}'" + ("..." if len(value) > 40 else "")
+        return f"'{printable(value, 43)}'"
     if isinstance(value, dict):
         return "a mapping"
     if isinstance(value, (list, tuple)):

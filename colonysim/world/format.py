@@ -18,6 +18,8 @@ LARGEST, SMALLEST = 1e9, 1e-6
 enough, and products finite."""
 MAX_NAME = 100
 """Most characters of a scenario's name."""
+MAX_PARTS = 200
+"""Most levels, pits or ramps of a ground that is given."""
 FORM_TAGS = ("\0list", "\0mapping", "\0plain")
 """Names of the ways of writing a thing; they stand in pydantic's error paths, and no field may be called so."""
 
@@ -333,11 +335,11 @@ class RampSection(Section):
 class TerrainSection(Section):
     """The ground in full, in metres; instead of what is derived from the graph."""
 
-    grounds: Annotated[list[GroundSection], Field(min_length=1)]
+    grounds: Annotated[list[GroundSection], Field(min_length=1, max_length=MAX_PARTS)]
     """Flat levels."""
-    pits: list[PitSection] = []
+    pits: Annotated[list[PitSection], Field(max_length=MAX_PARTS)] = []
     """Pits."""
-    ramps: list[RampSection] = []
+    ramps: Annotated[list[RampSection], Field(max_length=MAX_PARTS)] = []
     """Ramps."""
 
 

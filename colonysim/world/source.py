@@ -68,8 +68,6 @@ def control_character(text: str, *, in_name: bool = False) -> str:
 def printable(text: str, most: int = 80) -> str:
     """A text for a message: control characters escaped, and cut to at most `most` characters."""
     short = text if len(text) <= most else f"{text[: most - 3]}..."
-    if short.isprintable():
-        return short
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in short)
 
 
