@@ -159,10 +159,14 @@ def command(
             print_json(results(recorded))
         else:
             print_results(recorded)
-        if page and error_console().is_terminal:
+        if page:
             page.end()
-            say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
-            _wait_for_interrupt()
+            if page.trouble:
+                say(f"Error: the run went on, but its page did not: {page.trouble}")
+                raise SystemExit(1)
+            if error_console().is_terminal:
+                say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
+                _wait_for_interrupt()
 
 
 def _page(port: int) -> Live:

@@ -56,7 +56,8 @@ def introduce(run: Run) -> Block:
     block.head = {
         "name": scenario.name,
         "description": scenario.description,
-        **{key: run.manifest.get(key) for key in ("variant", "backend", "policy", "mode", "seed", "status")},
+        **{key: run.manifest.get(key) for key in ("variant", "backend", "policy", "mode", "status")},
+        "seed": str(run.manifest["seed"]),  # a browser's numbers end at 2**53, seeds do not
         "hash": run.trace_sha256,
         "radius": scenario.detection_radius,
         "reach": scenario.reach,
