@@ -165,8 +165,7 @@ def command(
                 say(f"Error: the run went on, but its page did not: {page.trouble}")
                 raise SystemExit(1)
             if error_console().is_terminal:
-                say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
-                _wait_for_interrupt()
+                _stay_until_interrupt(f"The run is over; its page stays at {page.address} until Ctrl-C.")
 
 
 def _page(port: int) -> Live:
@@ -185,10 +184,13 @@ def _open(page: Live, no_open: bool) -> None:
         webbrowser.open(page.address)
 
 
-def _wait_for_interrupt() -> None:
+def _stay_until_interrupt(message: str) -> None:
     import threading
 
+    from colonysim.cli.console import say
+
     try:
+        say(message)
         threading.Event().wait()
     except KeyboardInterrupt:
         return

@@ -26,7 +26,7 @@ def command(
         ),
     ] = None,
     episodes: Annotated[
-        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all that are complete")
+        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all, or the last that make 20 MB")
     ] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Write the page; do not open it.")] = False,
 ) -> None:
@@ -35,13 +35,17 @@ def command(
     The page holds everything it needs and asks no network for anything: it can be sent, kept
     and opened anywhere. It replays map, agents, boxes, pheromones and decisions; of a run with
     rigid bodies it also shows the scene in 3D. Press ? in it for the keys.
+
+    Of a long run it shows the last episodes that make a page of about 20 MB, unless others are
+    asked for, and says so; a page of more than 100 MB is refused.
     """
+    from colonysim.cli.console import say
     from colonysim.cli.numbers import read_numbers
     from colonysim.trace.reader import Run
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)
-    page = write_page(Run.open(path), out, chosen)
+    page = write_page(Run.open(path), out, chosen, tell=say)
     typer.echo(str(page))
     if not no_open:
         import webbrowser

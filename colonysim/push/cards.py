@@ -24,6 +24,7 @@ from colonysim.errors import ColonysimError
 from colonysim.files import read_file, read_json, replace_file
 
 __all__ = [
+    "MOST_BYTES",
     "Model",
     "ModelError",
     "as_finite",

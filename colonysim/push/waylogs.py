@@ -7,8 +7,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from colonysim.errors import ColonysimError
-from colonysim.files import replace_file
+from colonysim.files import read_file, replace_file
 from colonysim.physics import Scene
 from colonysim.push.cards import load_model
 from colonysim.push.cramped import CrampedWay, draw_way
@@ -22,6 +24,8 @@ from colonysim.push.task import run_alone
 
 __all__ = ["LoggedPush", "LoggedWay", "gather_ways", "push_way"]
 
+_MOST_BYTES = 64 * 2**20
+"""Largest log; a way takes some two kilobytes."""
 _SHOVED = 0.1
 """A push that moves another box further than this has failed, metres."""
 
@@ -122,31 +126,38 @@ def gather_ways(
     made_by = {"seed": seed, "network": str(load_model(model, "q-network").card["sha256"])}
     logged = list(_read(file, made_by)) if file.exists() else []
     if not logged:
-        replace_file(file, (json.dumps(made_by) + "\n").encode())
-    with file.open("a", encoding="utf-8") as lines:
-        for number in range(len(logged), ways):
-            rng = episode_rng(Purpose.WAYS, seed, number)
-            logged.append(push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31))))
-            lines.write(json.dumps(asdict(logged[-1])) + "\n")
-            lines.flush()
-            if on_progress is not None:
-                on_progress(len(logged), ways)
+        replace_file(file, json.dumps(made_by) + "\n")
+    for number in range(len(logged), ways):
+        rng = episode_rng(Purpose.WAYS, seed, number)
+        logged.append(push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31))))
+        _append(file, json.dumps(asdict(logged[-1])) + "\n")
+        if on_progress is not None:
+            on_progress(len(logged), ways)
     return logged[:ways]
 
 
+def _append(file: Path, line: str) -> None:
+    try:
+        with file.open("a", encoding="utf-8") as lines:
+            lines.write(line)
+    except OSError as error:
+        raise ColonysimError(f"{file}: cannot be written: {error.strerror or error}") from error
+
+
 def _read(file: Path, made_by: dict[str, Any]) -> Iterator[LoggedWay]:
-    content = file.read_bytes()
+    content = read_file(file, ColonysimError, _MOST_BYTES)
     whole = content[: content.rfind(b"\n") + 1]
     if whole != content:
         # It was stopped in the middle of a line.
         replace_file(file, whole)
-    header, *lines = whole.decode().splitlines() or [""]
-    if header != json.dumps(made_by):
+    header, *lines = whole.splitlines() or [b""]
+    if header != json.dumps(made_by).encode():
         raise ColonysimError(f"{file}: holds no ways of this seed and network; choose another directory")
+    logged = TypeAdapter(LoggedWay)
     for number, line in enumerate(lines, 2):
         try:
-            row: dict[str, Any] = json.loads(line)
-            pushes = [LoggedPush(**{**push, "seen": Features(*push["seen"])}) for push in row["pushes"]]
-            yield LoggedWay(tuple(Features(*seen) for seen in row["foreseen"]), tuple(pushes))
-        except (ValueError, TypeError, KeyError) as error:
-            raise ColonysimError(f"{file}:{number}: is no logged way: {error}") from None
+            yield logged.validate_json(line)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(map(str, first["loc"])) or "the line"
+            raise ColonysimError(f"{file}:{number}: is no logged way: {where}: {first['msg'][:200]}") from None

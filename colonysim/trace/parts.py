@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections import Counter
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,12 +13,12 @@ from colonysim.files import replacing
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from colonysim.trace.packing import Codes, Packed
     from colonysim.trace.schema import Table
 
-__all__ = ["arrow_table", "read_parts", "table_schema", "write_part"]
+__all__ = ["arrow_table", "read_parts", "rows_by_episode", "table_schema", "write_part"]
 
 ROWS_IN_GROUP = 2048
 
@@ -93,23 +94,53 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
         )
 
 
-def read_parts(directory: Path, table: Table) -> Any:
+def read_parts(directory: Path, table: Table, episodes: Collection[int] | None = None) -> Any:
     """All rows of a table as one `pyarrow.Table`; files not yet renamed into place are passed over.
+
+    Args:
+        directory: The run directory.
+        table: Name of the table.
+        episodes: Only the rows of these.
 
     Raises:
         TraceError: A part is damaged or missing.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
+    import pyarrow.compute as pc
 
     schema = table_schema(table)
+    wanted = None if episodes is None else pa.array(sorted(episodes), pa.int64())
     parts = []
+    for rows in _parts(directory, table, schema):
+        parts.append(rows if wanted is None else rows.filter(pc.is_in(rows["episode"], value_set=wanted)))
+    return pa.concat_tables(parts) if parts else schema.empty_table()
+
+
+def rows_by_episode(directory: Path, table: Table) -> dict[int, int]:
+    """How many rows of a table each episode has.
+
+    Raises:
+        TraceError: A part is damaged or missing.
+    """
+    import pyarrow as pa
+
+    found: Counter[int] = Counter()
+    for part in _parts(directory, table, pa.schema([table_schema(table).field("episode")])):
+        for each in part["episode"].value_counts().to_pylist():
+            found[each["values"]] += each["counts"]
+    return dict(found)
+
+
+def _parts(directory: Path, table: Table, schema: Any) -> Iterator[Any]:
+    """The columns of a schema in each part of a table, in order."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     for number, path in enumerate(sorted((directory / table).glob("part-*.parquet"))):
         if path.name != f"part-{number:05d}.parquet":
             raise TraceError(f"{directory / table}: part-{number:05d}.parquet is missing")
         try:
-            parts.append(pq.read_table(path).select(schema.names).cast(schema))
+            yield pq.read_table(path, columns=schema.names).select(schema.names).cast(schema)
         except (OSError, pa.ArrowException, KeyError) as error:
             message = f"{path}: damaged part, cannot be read ({str(error).splitlines()[0]})"
             raise TraceError(message) from error
-    return pa.concat_tables(parts) if parts else schema.empty_table()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -9,11 +10,11 @@ from typing import TYPE_CHECKING, Any, get_args
 from colonysim.errors import TraceError
 from colonysim.trace.manifest import read_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
-from colonysim.trace.parts import read_parts
+from colonysim.trace.parts import read_parts, rows_by_episode
 from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from colonysim.world.scenario import Scenario
 
@@ -42,6 +43,7 @@ class Run:
         self.manifest = manifest
         self._episodes = episodes
         self._tables: dict[str, Any] = {}
+        self._only: Collection[int] | None = None
 
     @classmethod
     def open(cls, path: str | Path) -> Run:
@@ -99,10 +101,30 @@ class Run:
             raise TraceError("this run kept no trace; run it again with one to read its tables")
         if name in self._tables:
             return self._tables[name]
-        rows = read_parts(self.path, name)
+        rows = read_parts(self.path, name, None if name == "episodes" else self._only)
         if self.status != "running":  # what is still being written must be read anew
             self._tables[name] = rows
         return rows
+
+    def only(self, episodes: Collection[int]) -> Run:
+        """The same run with tables that hold the rows of some episodes: the others take no memory.
+
+        Args:
+            episodes: Their numbers; the list of `episodes` stays that of the whole run.
+        """
+        part = copy.copy(self)
+        part._only, part._tables = episodes, {}
+        return part
+
+    def rows_by_episode(self, name: Table) -> dict[int, int]:
+        """How many rows each episode has in a table; these are counted without being read.
+
+        Raises:
+            TraceError: A damaged part, or a run that kept no trace.
+        """
+        if self.path is None:
+            raise TraceError("this run kept no trace; run it again with one to read its tables")
+        return rows_by_episode(self.path, name)
 
     def _of_episode(self, name: Table, episode: int | None) -> Any:
         table = self.table(name)

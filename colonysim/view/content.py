@@ -42,10 +42,13 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
     chosen = _chosen(run, episodes)
     block = introduce(run)
     block.head["episodes"] = [list(each[:6]) for each in run.episodes if each.episode in set(chosen)]
+    block.head["of"] = len(run.episodes)
     fields = Fields(scenario, run.manifest["policy"])
     first = run.episodes[0].episode
-    before = [[] if episode == first else fields.after(run.frames(episode - 1)) for episode in chosen]
-    add_rows(block, scenario, lambda table: Columns(run.table(table), chosen), chosen, fields, before)
+    ends = run.only([episode - 1 for episode in chosen])
+    before = [[] if episode == first else fields.after(ends.frames(episode - 1)) for episode in chosen]
+    part = run.only(chosen)
+    add_rows(block, scenario, lambda table: Columns(part.table(table), chosen), chosen, fields, before)
     return block
 
 

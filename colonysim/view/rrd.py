@@ -12,6 +12,7 @@ from colonysim.files import replacing
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
+from colonysim.view.extent import check_extent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,6 +53,9 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
     results = [each for each in run.episodes if episodes is None or each.episode in set(episodes)]
     if not results:
         raise ColonysimError(f"{run.path}: no such complete episode, so there is nothing to record")
+    numbers = [each.episode for each in results]
+    check_extent(run, numbers, "a recording")
+    run = run.only(numbers)
     stream = rerun.RecordingStream("colonysim", recording_id=str(run.trace_sha256 or run.path), send_properties=False)
     with replacing(out) as temporary:
         stream.save(temporary)
