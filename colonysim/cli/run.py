@@ -169,10 +169,13 @@ def command(
             print_json(results(recorded))
         else:
             print_results(recorded)
-        if page and on_terminal():
+        if page:
             page.end()
-            say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
-            _wait_for_interrupt()
+            if page.trouble:
+                say(f"Error: the run went on, but its page did not: {page.trouble}")
+                raise SystemExit(1)
+            if on_terminal():
+                _stay_until_interrupt(f"The run is over; its page stays at {page.address} until Ctrl-C.")
 
 
 def _page(port: int) -> Live:
@@ -191,10 +194,13 @@ def _open(page: Live, no_open: bool) -> None:
         webbrowser.open(page.address)
 
 
-def _wait_for_interrupt() -> None:
+def _stay_until_interrupt(message: str) -> None:
     import threading
 
+    from colonysim.cli.console import say
+
     try:
+        say(message)
         threading.Event().wait()
     except KeyboardInterrupt:
         return

@@ -28,7 +28,7 @@ def command(
         ),
     ] = None,
     episodes: Annotated[
-        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all that are complete")
+        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all, or the last that make 20 MB")
     ] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Write the page; do not open it.")] = False,
 ) -> None:
@@ -37,14 +37,17 @@ def command(
     The page holds everything it needs and asks no network for anything: it can be sent, kept
     and opened anywhere. It replays map, agents, boxes, pheromones and decisions; of a run with
     rigid bodies it also shows the scene in 3D. Press ? in it for the keys.
+
+    Of a long run it shows the last episodes that make a page of about 20 MB, unless others are
+    asked for, and says so; a page of more than 100 MB is refused.
     """
-    from colonysim.cli.console import print_result
+    from colonysim.cli.console import print_result, say
     from colonysim.cli.numbers import read_numbers
     from colonysim.cli.opening import opened
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)
-    page = write_page(opened(path), out, chosen)
+    page = write_page(opened(path), out, chosen, tell=say)
     print_result(shown_path(page))
     if not no_open:
         import webbrowser

@@ -1,29 +1,33 @@
 """Model files: plain arrays in an `.npz`, and a JSON card that says how they were made and checks them.
 
-Nothing here can run code from a file: arrays are read with `allow_pickle=False`.
+Nothing here can run code from a file, and nothing is unpacked before its size is known and expected.
 """
 
 import hashlib
 import io
 import json
+import math
+import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
-from importlib.resources.abc import Traversable
+from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any, cast
+from typing import IO, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from colonysim.errors import ColonysimError
-from colonysim.files import replace_file
+from colonysim.files import read_file, read_json, replace_file
 
 __all__ = [
+    "MOST_BYTES",
     "Model",
     "ModelError",
+    "as_finite",
     "load_arrays",
     "load_model",
     "save_arrays",
@@ -32,6 +36,18 @@ __all__ = [
 ]
 
 FORMAT = 1
+MOST_BYTES = 64 * 2**20
+"""Largest model, unpacked; those that are shipped take a third of a megabyte."""
+_MOST_CARD = 4 * 2**20
+_OVERHEAD = 4096
+"""Bytes of an `.npz` that are not its arrays' numbers, for each of its arrays."""
+_MOST_ARRAYS = 10_000
+_DAMAGED = (
+    ValueError, TypeError, OSError, EOFError, LookupError, RuntimeError, SyntaxError, ArithmeticError, MemoryError,
+    struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""What reading bytes that are no `.npz` may end with."""
+_FIELDS: dict[str, type] = {"sha256": str, "arrays": dict}
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 
@@ -45,11 +61,13 @@ class Model:
 
     Attributes:
         name: The file's name without its ending.
+        file: Path of the card.
         card: The JSON card: `kind`, `how` it was made, `results`, `sha256` and more.
         arrays: The arrays, all finite numbers.
     """
 
     name: str
+    file: Path
     card: Mapping[str, Any]
     arrays: Arrays
 
@@ -72,38 +90,56 @@ def load_model(source: str | Path, kind: str) -> Model:
     """
     if isinstance(source, str) and not source.endswith((".json", ".npz")):
         return _shipped_model(source, kind)
-    card_file, data_file = Path(source).with_suffix(".json"), Path(source).with_suffix(".npz")
-    if not card_file.is_file():
-        raise ModelError(f"{card_file}: no such model card")
-    return _read_model(card_file, data_file, kind)
+    path = Path(source)
+    if path.suffix not in (".json", ".npz"):
+        raise ModelError(f"{path}: is no model; expected the path of a card, which ends in .json")
+    return _read_model(path.with_suffix(".json"), kind)
 
 
 @cache  # they stay as they are, and every backend of a sweep asks for them
 def _shipped_model(name: str, kind: str) -> Model:
-    folder = files("colonysim.push").joinpath("models")
-    card_file, data_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.npz")
-    if not card_file.is_file():
+    if name not in shipped_models():
         raise ModelError(f"no shipped model {name!r}; there are {', '.join(shipped_models()) or 'none'}")
-    return _read_model(card_file, data_file, kind)
+    with as_file(files("colonysim.push").joinpath("models")) as folder:
+        return _read_model(folder / f"{name}.json", kind)
 
 
-def _read_model(card_file: Traversable, data_file: Traversable, kind: str) -> Model:
-    name = card_file.name.removesuffix(".json")
-    card = _read_card(card_file)
-    if card.get("format") != FORMAT or card.get("kind") != kind:
-        raise ModelError(
-            f"{card_file}: expected a {kind!r} of format {FORMAT}, found "
-            f"{card.get('kind')!r} of format {card.get('format')!r}"
-        )
-    try:
-        content = data_file.read_bytes()
-    except OSError as error:
-        raise ModelError(f"{data_file}: cannot be read: {error}") from error
+def _read_model(card_file: Path, kind: str) -> Model:
+    data_file = card_file.with_suffix(".npz")
+    card = _read_card(card_file, kind)
+    shapes = _shapes(card_file, card["arrays"])
+    content = read_file(data_file, ModelError, MOST_BYTES + _OVERHEAD * (len(shapes) + 1))
     found = hashlib.sha256(content).hexdigest()
-    if found != card.get("sha256"):
-        raise ModelError(f"{data_file}: SHA-256 is {found}, the card says {card.get('sha256')}")
-    arrays = load_arrays(content, str(data_file))
-    return Model(name, card, arrays)
+    if found != card["sha256"]:
+        raise ModelError(f"{data_file}: SHA-256 is {found}, the card says {card['sha256'][:80]}")
+    return Model(card_file.stem, card_file, card, load_arrays(content, str(data_file), shapes=shapes))
+
+
+def _read_card(file: Path, kind: str) -> dict[str, Any]:
+    card = read_json(file, ModelError, _MOST_CARD)
+    if not isinstance(card, dict):
+        raise ModelError(f"{file}: is no model card: expected an object")
+    if card.get("format") != FORMAT or card.get("kind") != kind:
+        shown = f"{card.get('kind')!r:.80} of format {card.get('format')!r:.80}"
+        raise ModelError(f"{file}: expected a {kind!r} of format {FORMAT}, found {shown}")
+    for name, wanted in _FIELDS.items():
+        if not isinstance(card.get(name), wanted):
+            expected = "a text" if wanted is str else "an object"
+            raise ModelError(f"{file}: {name}: is {card.get(name)!r:.80}, expected {expected}")
+    return card
+
+
+def _shapes(file: Path, told: Mapping[str, Any]) -> dict[str, tuple[int, ...]]:
+    """The shapes of the arrays by a card."""
+    shapes: dict[str, tuple[int, ...]] = {}
+    for name, shape in told.items():
+        if not isinstance(shape, list) or not all(type(n) is int and 0 <= n <= MOST_BYTES for n in shape):
+            raise ModelError(f"{file}: arrays.{name:.80}: is {shape!r:.80}, expected a shape, such as [200, 23]")
+        shapes[name] = tuple(shape)
+    numbers = sum(map(math.prod, shapes.values()))
+    if numbers > MOST_BYTES:
+        raise ModelError(f"{file}: arrays: {numbers} numbers; a model takes at most {MOST_BYTES} bytes")
+    return shapes
 
 
 def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -> None:
@@ -114,6 +150,9 @@ def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -
         kind: `"q-network"`, `"forest"` or `"logistic"`.
         arrays: What to store.
         card: How the model was made and how well it does; JSON values only.
+
+    Raises:
+        ModelError: A file cannot be written.
     """
     content = save_arrays(path, arrays)
     whole = {
@@ -123,40 +162,112 @@ def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -
         "arrays": {key: list(array.shape) for key, array in arrays.items()},
         "sha256": hashlib.sha256(content).hexdigest(),
     }
-    replace_file(path.with_suffix(".json"), (json.dumps(whole, indent=1) + "\n").encode())
+    replace_file(path.with_suffix(".json"), json.dumps(whole, indent=1) + "\n", ModelError)
 
 
-def load_arrays(content: bytes, name: str) -> dict[str, npt.NDArray[Any]]:
-    """The arrays of an `.npz`; `name` is for messages.
+def load_arrays(
+    content: bytes, name: str, *, shapes: Mapping[str, tuple[int, ...]] | None = None, most: int = MOST_BYTES
+) -> dict[str, npt.NDArray[Any]]:
+    """The arrays of an `.npz`.
+
+    Args:
+        content: The bytes of the file.
+        name: Its name in messages.
+        shapes: The arrays that have to be in it; None for whichever are.
+        most: Bytes that they may take, unpacked.
 
     Raises:
-        ModelError: It is damaged, or holds anything but finite numbers.
+        ModelError: It is damaged, is not what was expected, or holds anything but finite numbers.
     """
+    # The list of the files is read as a whole when the archive is opened, and each of them begins with this.
+    if content.count(b"PK\x01\x02") > _MOST_ARRAYS:
+        raise ModelError(f"{name}: holds more than {_MOST_ARRAYS} arrays")
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-            arrays = {key: stored[key] for key in stored.files}
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise ModelError(f"{name}: is no file of plain arrays: {error}") from error
+        with zipfile.ZipFile(io.BytesIO(content)) as packed:
+            arrays = _unpack(packed, name, shapes, most)
+    except _DAMAGED as error:
+        raise ModelError(f"{name}: is no file of plain arrays: {str(error)[:200] or type(error).__name__}") from None
     for key, array in arrays.items():
-        if array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+        if not np.isfinite(array).all():
             raise ModelError(f"{name}: array {key!r} holds a value that is no finite number")
     return arrays
 
 
+def _unpack(
+    packed: zipfile.ZipFile, name: str, shapes: Mapping[str, tuple[int, ...]] | None, most: int
+) -> dict[str, npt.NDArray[Any]]:
+    """The arrays, each once its own header and the list of the files have told of its size."""
+    members = packed.infolist()
+    keys = [member.filename.removesuffix(".npy") for member in members]
+    wanted = sorted(keys if shapes is None else shapes)
+    if sorted(keys) != wanted or len(set(keys)) != len(keys):
+        raise ModelError(f"{name}: holds the arrays {_listed(sorted(keys))}, expected {_listed(sorted(set(wanted)))}")
+    if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
+        raise ModelError(f"{name}: is packed otherwise than by deflate, expected what `numpy.savez` writes")
+    claimed = sum(member.file_size for member in members)
+    if claimed > most + _OVERHEAD * len(members):
+        raise ModelError(f"{name}: holds {claimed} bytes unpacked, expected at most {most}")
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for key, member in zip(keys, members, strict=True):
+        with packed.open(member) as file:
+            shape, dtype, turned = _header(file)
+            if dtype.kind not in "fiu":
+                raise ModelError(f"{name}: array {key!r} holds {dtype}, expected numbers; is no file of plain arrays")
+            if shapes is not None and shape != shapes[key]:
+                raise ModelError(f"{name}: array {key!r} has the shape {list(shape)}, by the card {list(shapes[key])}")
+            size = math.prod(shape) * dtype.itemsize
+            if size > member.file_size:
+                raise ModelError(f"{name}: array {key!r} is to hold {size} bytes, its file has {member.file_size}")
+            raw = file.read(size)
+        if len(raw) != size:
+            raise ModelError(f"{name}: array {key!r} ends after {len(raw)} of {size} bytes")
+        array = np.frombuffer(raw, dtype).reshape(shape, order="F" if turned else "C")
+        arrays[key] = array.astype(dtype.newbyteorder("="))
+    return arrays
+
+
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
+    """Shape, type and order (whether Fortran's) by the header of an `.npy`."""
+    version = np.lib.format.read_magic(file)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"version {version} of .npy is unknown")
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, turned, dtype = read(file)
+    if min(shape, default=0) < 0:
+        raise ValueError(f"the shape {shape} is none")
+    return shape, dtype, turned
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names)[:200] or "none"
+
+
+def as_finite(array: npt.NDArray[Any], dtype: type, name: str) -> npt.NDArray[Any]:
+    """An array in the type that it is calculated with.
+
+    Args:
+        array: The array.
+        dtype: The type.
+        name: The array's name in messages.
+
+    Raises:
+        ModelError: A number is infinite in that type.
+    """
+    with np.errstate(over="ignore"):
+        made: npt.NDArray[Any] = array.astype(dtype)
+    if not np.isfinite(made).all():
+        raise ModelError(f"array {name!r} holds a number too large for {np.dtype(dtype).name}")
+    return made
+
+
 def save_arrays(path: Path, arrays: Arrays) -> bytes:
-    """Write arrays as an uncompressed `.npz` and return the bytes written."""
+    """Write arrays as an uncompressed `.npz` and return the bytes written.
+
+    Raises:
+        ModelError: It cannot be written.
+    """
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **cast(dict[str, Any], arrays))
     content = buffer.getvalue()
-    replace_file(path, content)
+    replace_file(path, content, ModelError)
     return content
-
-
-def _read_card(file: Traversable) -> dict[str, Any]:
-    try:
-        card = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ModelError(f"{file}: is no model card: {error}") from error
-    if not isinstance(card, dict):
-        raise ModelError(f"{file}: is no model card: expected an object")
-    return card

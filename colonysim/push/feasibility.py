@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from colonysim.push.cards import Model, ModelError, load_model
+from colonysim.push.cards import Model, ModelError, as_finite, load_model
 from colonysim.push.state import State
 
 __all__ = ["Feasibility", "load_feasibility"]
 
+_DEEPEST = 1000
+"""Steps from a root to a leaf, at most."""
 _INPUTS = 9
 Array = npt.NDArray[Any]
 
@@ -74,14 +76,24 @@ def load_feasibility(source: str | Path = "feasibility") -> Feasibility:
 def _checked(model: Model) -> Feasibility:
     wanted = {"roots", "feature", "threshold", "left", "right", "value"}
     if set(model.arrays) != wanted:
-        raise ModelError(f"{model.name}: arrays {sorted(model.arrays)}, expected {sorted(wanted)}")
+        raise ModelError(f"{model.file}: arrays {sorted(model.arrays)!s:.200}, expected {sorted(wanted)}")
     arrays = {key: model.arrays[key] for key in wanted}
-    nodes = len(arrays["value"])
+    nodes = arrays["value"].size
     depth = model.card.get("depth")
     fits = all(a.ndim == 1 for a in arrays.values()) and all(len(arrays[k]) == nodes for k in wanted - {"roots"})
-    if not fits or not isinstance(depth, int) or nodes == 0:
-        raise ModelError(f"{model.name}: the arrays do not describe one forest")
+    if not fits or nodes == 0 or len(arrays["roots"]) == 0:
+        raise ModelError(f"{model.file}: the arrays do not describe one forest")
+    if type(depth) is not int or not 0 <= depth <= _DEEPEST:
+        raise ModelError(f"{model.file}: depth is {depth!r:.80}, expected 0 to {_DEEPEST}")
     for key, end in (("roots", nodes), ("left", nodes), ("right", nodes), ("feature", _INPUTS)):
         if arrays[key].dtype.kind not in "iu" or arrays[key].min() < 0 or arrays[key].max() >= end:
-            raise ModelError(f"{model.name}: array {key!r} points outside of 0 to {end - 1}")
+            raise ModelError(f"{model.file}: array {key!r} points outside of 0 to {end - 1}")
+        arrays[key] = arrays[key].astype(np.int32)
+    if arrays["value"].min() < 0.0 or arrays["value"].max() > 1.0:
+        raise ModelError(f"{model.file}: array 'value' holds a chance outside of 0 to 1")
+    try:
+        for key in ("threshold", "value"):
+            arrays[key] = as_finite(arrays[key], np.float32, key)
+    except ModelError as error:
+        raise ModelError(f"{model.file}: {error}") from None
     return Feasibility(**arrays, depth=depth)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from colonysim.push.cards import ModelError, load_model
+from colonysim.push.cards import ModelError, as_finite, load_model
 from colonysim.push.controls import CONTROLS
 from colonysim.push.state import FEATURES, features
 
@@ -30,6 +30,11 @@ Layer = tuple[Float, Float]
 
 INPUTS: dict[Inputs, int] = {"state": 9, "line": FEATURES}
 """Width of the input: the nine numbers of paper Eq. 4 as they are, or in the frame of the push line."""
+
+
+_LARGEST_INPUT = 1e3
+"""No state is further from 0: metres, radians and their squares at a box in reach."""
+_MOST_TICKS = 10_000
 
 
 def encode(inputs: Inputs, states: npt.ArrayLike) -> Float:
@@ -96,10 +101,21 @@ def network_from_arrays(inputs: Inputs, arrays: Mapping[str, npt.NDArray[Any]]) 
                 f"expected (n, {width}) and (n,)"
             )
         width = weights.shape[0]
-        layers.append((weights.astype(np.float32), biases.astype(np.float32)))
+        number = len(layers)
+        layers.append((as_finite(weights, np.float32, f"w{number}"), as_finite(biases, np.float32, f"b{number}")))
     if not layers or width != CONTROLS or len(arrays) != 2 * len(layers):
         raise ModelError(f"{len(layers)} layers with {width} outputs, expected {CONTROLS} outputs")
+    _check_range(layers)
     return QNetwork(inputs, tuple(layers))
+
+
+def _check_range(layers: Sequence[Layer]) -> None:
+    """Refuses weights with which the values of a state may not be finite numbers."""
+    largest = np.full(layers[0][0].shape[1], _LARGEST_INPUT)
+    for number, (weights, biases) in enumerate(layers):
+        largest = np.abs(weights.astype(np.float64)) @ largest + np.abs(biases)
+        if largest.max(initial=0.0) > np.finfo(np.float32).max:
+            raise ModelError(f"layer {number} has weights so large that values of controls would be infinite")
 
 
 def load_network(source: str | Path = "push") -> QNetwork:
@@ -110,12 +126,12 @@ def load_network(source: str | Path = "push") -> QNetwork:
     """
     model = load_model(source, "q-network")
     inputs = model.card.get("inputs")
-    if inputs not in INPUTS:
-        raise ModelError(f"{source}: inputs {inputs!r} are unknown, expected one of {', '.join(INPUTS)}")
+    if not isinstance(inputs, str) or inputs not in INPUTS:
+        raise ModelError(f"{model.file}: inputs {inputs!r:.80} are unknown, expected one of {', '.join(INPUTS)}")
     try:
         return network_from_arrays(inputs, model.arrays)
     except ModelError as error:
-        raise ModelError(f"{source}: {error}") from None
+        raise ModelError(f"{model.file.with_suffix('.npz')}: {error}") from None
 
 
 def network_ticks(source: str | Path = "push") -> int:
@@ -124,9 +140,10 @@ def network_ticks(source: str | Path = "push") -> int:
     Raises:
         ModelError: The model is missing or damaged, or its card does not say.
     """
-    ticks = load_model(source, "q-network").card.get("ticks")
-    if not isinstance(ticks, int) or ticks < 1:
-        raise ModelError(f"{source}: the card's ticks are {ticks!r}, expected a whole number of control ticks")
+    model = load_model(source, "q-network")
+    ticks = model.card.get("ticks")
+    if type(ticks) is not int or not 1 <= ticks <= _MOST_TICKS:
+        raise ModelError(f"{model.file}: ticks is {ticks!r:.80}, expected 1 to {_MOST_TICKS} control ticks")
     return ticks
 
 

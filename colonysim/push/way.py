@@ -5,8 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from colonysim.physics import Scene
-from colonysim.push.cards import ModelError, load_model
+from colonysim.push.cards import ModelError, as_finite, load_model
 from colonysim.push.foresight import Features, foresee
 from colonysim.push.paths import Surroundings
 from colonysim.push.task import PushTask
@@ -40,10 +42,14 @@ def load_way_chance(source: str | Path = "way") -> WayChance:
     """
     model = load_model(source, "logistic")
     if model.card.get("features") != list(Features._fields):
-        raise ModelError(f"{model.name}: fitted to other features than {', '.join(Features._fields)}; fit it again")
+        raise ModelError(f"{model.file}: features: fitted to other features than {', '.join(Features._fields)}; fit it again")
     weights, bias = model.arrays.get("weights"), model.arrays.get("bias")
     if weights is None or bias is None or weights.shape != (len(Features._fields),) or bias.shape != (1,):
-        raise ModelError(f"{model.name}: expected {len(Features._fields)} weights and a bias")
+        raise ModelError(f"{model.file}: arrays: expected {len(Features._fields)} weights and a bias")
+    try:
+        weights, bias = as_finite(weights, np.float64, "weights"), as_finite(bias, np.float64, "bias")
+    except ModelError as error:
+        raise ModelError(f"{model.file}: {error}") from None
     return WayChance(tuple(map(float, weights)), float(bias[0]))
 
 

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from numbers import Real
 from reprlib import Repr
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+from colonysim.backends.protocol import Done
 from colonysim.errors import ColonysimError, PluginError
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail
 from colonysim.pheromones.field import Write
@@ -24,7 +25,7 @@ from colonysim.world.intents import BoxPlace, Outcome, Push, Travel, Wait
 if TYPE_CHECKING:
     import random
 
-    from colonysim.backends.protocol import Backend, Done, Finished, TraceRow
+    from colonysim.backends.protocol import Backend, Finished, TraceRow
     from colonysim.pheromones.field import Field, Visit
     from colonysim.policies.policy import Policy
     from colonysim.policies.view import LocalView
@@ -62,7 +63,7 @@ def checked_policy(policy: Policy, world: World, rows: Rows) -> Policy:
 
 def checked_backend(backend: Backend, world: World, rows: Rows) -> Backend:
     """The backend itself if it is one of ours, else what looks at its answers."""
-    return backend if _own(backend) else ForeignBackend(backend, world, rows)
+    return backend if _own(backend) else cast("Backend", ForeignBackend(backend, world, rows))
 
 
 def _whole(value: Any) -> int | None:
@@ -350,7 +351,7 @@ class ForeignBackend(_Foreign):
             why = f"{_SHOWN.repr(intent)} takes {_SHOWN.repr(given)} seconds, expected a number that is not negative"
             raise self._fault(why, agent)
         checked = self._outcome(agent, intent, outcome)
-        return done if checked is outcome and type(given) is float else type(done)(seconds, checked)
+        return done if checked is outcome and type(given) is float else Done(seconds, checked)
 
     def advance(self, now: float) -> Sequence[Finished]:
         """Outcomes of what is under way."""

@@ -12,7 +12,7 @@ from colonysim.files import read_file, replacing
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from colonysim.trace.packing import Codes, Packed
     from colonysim.trace.schema import Table
@@ -100,22 +100,34 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
         )
 
 
-def read_parts(directory: Path, table: Table, rows: int | None) -> Iterator[tuple[Path, Any]]:
+def read_parts(
+    directory: Path, table: Table, rows: int | None, columns: Sequence[str] | None = None
+) -> Iterator[tuple[Path, Any]]:
     """The parts of a table in order, each as a path and a `pyarrow.Table`; temporary files are passed over.
 
     Args:
         directory: The run directory.
         table: Name of the table.
         rows: How many rows the table has by the manifest; None while nobody has counted them.
+        columns: Names of the columns that are read; None for all.
+
+    Args:
+        directory: The run directory.
+        table: Name of the table.
+        episodes: Only the rows of these.
 
     Raises:
         TraceError: A part is damaged or missing, or the table has other rows than that.
     """
-    folder, found = directory / table, 0
+    import pyarrow as pa
+
+    folder, found, schema = directory / table, 0, table_schema(table)
+    if columns is not None:
+        schema = pa.schema([schema.field(name) for name in columns])
     for number, path in enumerate(_listed(folder)):
         if path.name != f"part-{number:05d}.parquet":
             raise TraceError(f"{folder}: part-{number:05d}.parquet is missing")
-        part = _read_part(path, table, None if rows is None else rows - found)
+        part = _read_part(path, schema, None if rows is None else rows - found)
         found += part.num_rows
         yield path, part
     if rows is not None and found != rows:
@@ -130,7 +142,7 @@ def _listed(folder: Path) -> list[Path]:
         raise TraceError(f"{folder}: cannot be read: {error.strerror or error}") from None
 
 
-def _read_part(path: Path, table: Table, most: int | None) -> Any:
+def _read_part(path: Path, schema: Any, most: int | None) -> Any:
     """The rows of a part: its columns and no others, of their types, without nulls.
 
     Sizes are looked at before memory is spent on them: a damaged file may claim any.
@@ -138,7 +150,7 @@ def _read_part(path: Path, table: Table, most: int | None) -> Any:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    content, schema = read_file(path, TraceError), table_schema(table)
+    content = read_file(path, TraceError)
     texts = [field.name for field in schema if field.type == pa.string()]
     try:
         file = pq.ParquetFile(

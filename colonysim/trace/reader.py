@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -14,7 +16,7 @@ from colonysim.trace.parts import read_parts, table_schema
 from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator, Sequence
 
     from colonysim.world.scenario import Scenario
 
@@ -49,6 +51,7 @@ class Run:
         self._episodes = episodes
         self._scenario = scenario
         self._tables: dict[str, Rows] = {}
+        self._only: Collection[int] | None = None
 
     @classmethod
     def open(cls, path: str | Path) -> Run:
@@ -134,8 +137,8 @@ class Run:
             return self._tables[name]
         # What is still being written is read anew each time. A complete episode has all its rows: of one that is known
         # to be complete before the others are read, its last event has to be there.
-        complete = len(self.table("episodes")) if self.status == "running" and name == "events" else 0
-        rows = Rows(name, list(self._parts(name)), table_schema(name).empty_table())
+        complete = len(self.table("episodes")) if self.status == "running" and name == "events" and self._only is None else 0
+        rows = Rows(name, [*self._chosen(name)], table_schema(name).empty_table())
         rows.check(self.manifest["episodes"])
         last = rows.all["episode"][-1].as_py() if rows.all.num_rows else 0
         if last < complete:
@@ -144,13 +147,25 @@ class Run:
             self._tables[name] = rows
         return rows
 
-    def _parts(self, name: Table) -> Iterator[tuple[Path, Any]]:
+    def _chosen(self, name: Table) -> Iterator[tuple[Path, Any]]:
+        """The parts of a table, only the rows of the episodes that count."""
+        if self._only is None or name == "episodes":
+            yield from self._parts(name)
+            return
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        wanted = pa.array(sorted(self._only), pa.int64())
+        for path, rows in self._parts(name):
+            yield path, rows.filter(pc.is_in(rows["episode"], value_set=wanted))
+
+    def _parts(self, name: Table, columns: Sequence[str] | None = None) -> Iterator[tuple[Path, Any]]:
         """The parts of a table as they are on disk: as many rows as were counted when the run ended."""
         assert self.path is not None
         if not self.path.is_dir():
             raise TraceError(f"{self.path}: no such run directory; it was there when the run was opened")
         counted = None if self.status == "running" else self.manifest["rows"].get(name, 0)
-        return read_parts(self.path, name, counted)
+        return read_parts(self.path, name, counted, columns)
 
     def check_places(self, *names: Table) -> None:
         """Checks that the nodes, holes, boxes and agents in some tables are those of the scenario.
@@ -169,6 +184,30 @@ class Run:
         """Whether the values of a pheromone field belong to boxes instead of nodes; without the field's own code."""
         told = self.manifest.get("fields", {}).get(field)
         return field == "B" if told is None else bool(told["by_box"])
+
+    def only(self, episodes: Collection[int]) -> Run:
+        """The same run with tables that hold the rows of some episodes: the others take no memory.
+
+        Args:
+            episodes: Their numbers; the list of `episodes` stays that of the whole run.
+        """
+        part = copy.copy(self)
+        part._only, part._tables = episodes, {}
+        return part
+
+    def rows_by_episode(self, name: Table) -> dict[int, int]:
+        """How many rows each episode has in a table; these are counted without being read.
+
+        Raises:
+            TraceError: A damaged part, or a run that kept no trace.
+        """
+        if self.path is None:
+            raise TraceError("this run kept no trace; run it again with one to read its tables")
+        found: Counter[int] = Counter()
+        for _, rows in self._parts(name, ("episode",)):
+            for each in rows["episode"].value_counts().to_pylist():
+                found[each["values"]] += each["counts"]
+        return dict(found)
 
     def _of_episode(self, name: Table, episode: int | None) -> Any:
         table = self.table(name)

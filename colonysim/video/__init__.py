@@ -56,14 +56,14 @@ def write_video(
     ending = path.suffix.lower()
     if ending not in SIZES:
         raise ColonysimError(f"{path}: a video ends in {' or '.join(SIZES)}")
-    if path.exists() and not overwrite:
+    if not overwrite and _exists(path):
         raise ColonysimError(f"{path}: exists already; it is not overwritten")
     width, height = _size(size or SIZES[ending])
     if ending == ".mp4" and (width % 2 or height % 2):
         raise ColonysimError(f"an MP4 of {width}x{height} cannot be made: width and height must be even")
     fps = whole("fps", fps, 1, _FASTEST)
     seconds = real("seconds", seconds, 0.0, 1e9)
-    if not 1 <= round(seconds * fps) <= _MOST_FRAMES:
+    if not 0.5 < seconds * fps <= _MOST_FRAMES:
         raise ColonysimError(f"{seconds:g} s with {fps} frames a second: a video has 1 to {_MOST_FRAMES} frames")
     result = _result(run, episode)
     run.check_places("events", "poses")
@@ -71,7 +71,7 @@ def write_video(
     from colonysim.video.encode import encode
     from colonysim.video.film import Film
 
-    film = Film(run, result, frames=round(seconds * fps), fps=fps, size=(width, height))
+    film = Film(run.only([result.episode]), result, frames=round(seconds * fps), fps=fps, size=(width, height))
     with replacing(path) as temporary:
         encode(film, temporary, ending, progress or (lambda done, total: None))
     return path
@@ -83,6 +83,13 @@ def _size(size: tuple[int, int]) -> tuple[int, int]:
         shown = "x".join(map(str, pixels))
         raise ColonysimError(f"a video of {shown} cannot be made; expected {_SMALLEST} to {_LARGEST} pixels each way")
     return pixels[0], pixels[1]
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError as error:
+        raise ColonysimError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def _result(run: Run, episode: int | None) -> EpisodeResult:

@@ -42,6 +42,16 @@ def encode(film: Film, path: Path, ending: str, progress: Callable[[int, int], N
 def _mp4(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
     import av
 
+    try:
+        _encode(film, path, progress)
+    except av.error.FFmpegError as error:
+        # Some of its errors are no OSError, also those of a disk that is full.
+        raise error if isinstance(error, OSError) else OSError(error.errno, error.strerror) from error
+
+
+def _encode(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
+    import av
+
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=Fraction(film.fps), options={"crf": _QUALITY})
         stream.width, stream.height = film.size

@@ -8,29 +8,37 @@ from typing import TYPE_CHECKING
 from colonysim.files import replace_file
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from colonysim.trace.reader import Run
 
 __all__ = ["write_page"]
 
 
-def write_page(run: Run, out: str | Path | None = None, episodes: Sequence[int] | None = None) -> Path:
+def write_page(
+    run: Run,
+    out: str | Path | None = None,
+    episodes: Sequence[int] | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Path:
     """Writes the replay page of a run and returns its path.
 
     Args:
         run: The run.
         out: The file to write; by default `view.html` in the run directory.
-        episodes: Which episodes; None for all that are complete.
+        episodes: Which episodes; None for all that are complete, or the last of them if all would make a page of
+            more than 20 MB.
+        tell: Is told, before the page is made, what it leaves out or that it will be a large one.
 
     Raises:
-        TraceError: The run kept no trace, or has no such episode.
+        TraceError: The run kept no trace, has no such episode, or the page would be larger than 100 MB.
         ColonysimError: The file cannot be written.
     """
     from colonysim.view.content import gather
+    from colonysim.view.extent import choose_episodes
     from colonysim.view.page import page
 
-    text = page(gather(run, episodes))
+    text = page(gather(run, choose_episodes(run, episodes, tell or (lambda message: None))))
     if out is None:
         assert run.path is not None  # or its tables could not have been read
         out = run.path / "view.html"

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
+from colonysim.errors import TraceError
 from colonysim.trace.checks import coded
 
 if TYPE_CHECKING:
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 
 
 __all__ = ["Columns"]
+
+_MOST = 2**53
+"""Up to here every whole number is exact, also where it is kept as a double."""
 
 
 class Columns:
@@ -55,8 +60,17 @@ class Columns:
         return np.asarray(pc.list_value_length(self._rows[name]), dtype=np.int64)
 
     def milliseconds(self, name: str = "time") -> NDArray[np.int64]:
-        """A column of seconds."""
-        return np.asarray(np.rint(self.column(name) * 1000), dtype=np.int64)
+        """A column of seconds.
+
+        Raises:
+            TraceError: One of them is no number, or so large that its milliseconds are no longer exact.
+        """
+        times = np.rint(self.column(name) * 1000)
+        wrong = np.flatnonzero(~(np.abs(times) <= _MOST))
+        if len(wrong):
+            raise TraceError(f"{name}: {times[wrong[0]] / 1000:g} s, expected at most {_MOST / 1000:.0f} s")
+        exact: npt.NDArray[np.int64] = times.astype(np.int64)
+        return exact
 
     def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
         """A column of texts: the different ones, and for each row which."""

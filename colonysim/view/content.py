@@ -41,13 +41,16 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
     """
     scenario = run.scenario
     chosen = chosen_episodes(run, episodes)
-    run.check_places("events", "decisions", "deposits", "frames", "poses")
     block = introduce(run)
     block.head["episodes"] = [list(each[:6]) for each in run.episodes if each.episode in set(chosen)]
+    block.head["of"] = len(run.episodes)
     fields = Fields(run)
     first = run.episodes[0].episode
-    before = [[] if episode == first else fields.after(run.frames(episode - 1)) for episode in chosen]
-    add_rows(block, scenario, lambda table: Columns(run.table(table), chosen), chosen, fields, before)
+    ends, part = run.only([episode - 1 for episode in chosen]), run.only(chosen)
+    ends.check_places("frames")
+    part.check_places("events", "decisions", "deposits", "frames", "poses")
+    before = [[] if episode == first else fields.after(ends.frames(episode - 1)) for episode in chosen]
+    add_rows(block, scenario, lambda table: Columns(part.table(table), chosen), chosen, fields, before)
     return block
 
 
@@ -58,7 +61,8 @@ def introduce(run: Run) -> Block:
     block.head = {
         "name": scenario.name,
         "description": scenario.description,
-        **{key: run.manifest.get(key) for key in ("variant", "backend", "policy", "mode", "seed", "status")},
+        **{key: run.manifest.get(key) for key in ("variant", "backend", "policy", "mode", "status")},
+        "seed": str(run.manifest["seed"]),  # a browser's numbers end at 2**53, seeds do not
         "hash": run.trace_sha256,
         "radius": scenario.detection_radius,
         "reach": scenario.reach,

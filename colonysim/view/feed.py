@@ -43,9 +43,13 @@ class Feed:
 
     Args:
         run: The run that is being recorded.
+
+    Attributes:
+        trouble: What went wrong if the rows could not be packed, else empty; the run goes on without its page.
     """
 
     def __init__(self, run: Run) -> None:
+        self.trouble = ""
         self._run = run
         self._scenario = run.scenario
         self._fields = Fields(run)
@@ -72,7 +76,7 @@ class Feed:
     def cut(self) -> None:
         """Lets the rows so far be packed."""
         with self._change:
-            for piece in self._open:
+            for piece in self._open if not self.trouble else ():
                 self._waiting.append(piece)
                 self._rows += _length(piece)
             while self._rows > _MOST_ROWS and len(self._waiting) > 1:
@@ -122,9 +126,7 @@ class Feed:
                 pieces, over = list(self._waiting), self._ended
                 self._waiting.clear()
                 self._rows = 0
-            blocks = self._pack(pieces)
-            if over:
-                blocks.append(self._last())
+            blocks, over = self._blocks_of(pieces, over)
             with self._change:
                 for block in blocks:
                     self._blocks.append(block)
@@ -134,6 +136,15 @@ class Feed:
                     self._first += 1
                 if not over:
                     self._change.wait_for(lambda: self._ended, _PAUSE)
+
+    def _blocks_of(self, pieces: Sequence[_Piece], over: bool) -> tuple[list[bytes], bool]:
+        """The next blocks, and whether they are the last."""
+        try:
+            blocks = self._pack(pieces)
+        except Exception as error:  # whatever it is: nobody else would hear of it, and the run must not end by it
+            self.trouble = f"{type(error).__name__}: {error}"
+            return [_last("running", None, self.trouble)], True
+        return (blocks + [_last(self._run.status, self._run.trace_sha256)] if over else blocks), over
 
     def _pack(self, pieces: Sequence[_Piece]) -> list[bytes]:
         import pyarrow as pa
@@ -170,10 +181,12 @@ class Feed:
         names = ("episode", "steps", "success", "ended", "sim_seconds", "seated")
         return list(next(episodes.rows(names)))
 
-    def _last(self) -> bytes:
-        block = Block()
-        block.head = {"status": self._run.status, "hash": self._run.trace_sha256, "episodes": []}
-        return block.compressed()
+
+def _last(status: str, digest: str | None, trouble: str = "") -> bytes:
+    """The block after which a page asks for no more."""
+    block = Block()
+    block.head = {"status": status, "hash": digest, "trouble": trouble, "episodes": []}
+    return block.compressed()
 
 
 def _length(piece: _Piece) -> int:

@@ -46,6 +46,11 @@ class Live:
         self._feed: Feed | None = None
         self.address = self._server.address
 
+    @property
+    def trouble(self) -> str:
+        """Why the page no longer shows the run, if it does not; else empty."""
+        return (self._feed.trouble if self._feed else "") or self._server.trouble
+
     def begin(self, run: Run) -> None:
         """Shows a run that is about to start."""
         self._feed = Feed(run)

@@ -9,22 +9,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from colonysim.errors import TraceError
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Block", "unpack"]
 
 _WHOLE = (np.int8, np.int16, np.int32)
+_MOST = 2**53
+"""Up to here every whole number is exact in a browser, whose numbers are doubles."""
 
 
 class Block:
     """Named columns that travel together, with a head of plain data.
 
     Whole numbers take as many bytes as the largest needs, those that grow steadily are kept as differences, and all
-    first bytes lie before all second ones: gzip finds far more to save that way.
+    first bytes lie before all second ones: gzip finds far more to save that way. Whole numbers beyond 32 bits are
+    kept as doubles, which is what they are in a browser.
 
     Layout, little-endian: length of the head (4 bytes), the head as JSON, the columns. The head names for each
-    column its kind ("i" or "f"), count of values, bytes a value, whether these are differences, and where it begins.
+    column its kind ("i" or "f"), count of values, bytes a value, where it begins, and, if these are differences, the
+    kind and bytes of what they add up to.
 
     Attributes:
         head: Plain data for the page.
@@ -36,29 +42,30 @@ class Block:
         self._bytes = bytearray()
 
     def ints(self, name: str, values: ArrayLike, *, steps: bool = False) -> None:
-        """Adds whole numbers of up to 32 bits; `steps` keeps differences, which suits times and paths.
+        """Adds whole numbers of up to 53 bits; `steps` keeps differences, which suits times and paths.
 
         Raises:
-            OverflowError: A number does not fit 32 bits.
+            TraceError: A number is larger than that.
         """
         numbers = np.asarray(values, dtype=np.int64).ravel()
-        if steps:
-            numbers = np.diff(numbers, prepend=0)
-        low, high = (int(numbers.min()), int(numbers.max())) if len(numbers) else (0, 0)
-        for kind in _WHOLE:
-            if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
-                return self._add(name, "i", numbers.astype(kind), steps)
-        raise OverflowError(f"{name}: {low} to {high} do not fit 32 bits")
+        whole = _smallest(name, numbers)
+        if not steps:
+            return self._add(name, numbers.astype(whole))
+        differences = np.diff(numbers, prepend=0)
+        # What it adds up to takes four bytes or eight: no sum of small steps overflows.
+        sums = np.result_type(whole, np.int32)
+        return self._add(name, differences.astype(_smallest(name, differences)), sums)
 
     def reals(self, name: str, values: ArrayLike) -> None:
         """Adds numbers with some seven digits."""
-        self._add(name, "f", np.asarray(values, dtype=np.float32).ravel(), False)
+        self._add(name, np.asarray(values, dtype=np.float32).ravel())
 
-    def _add(self, name: str, kind: str, numbers: NDArray[Any], steps: bool) -> None:
-        width = numbers.dtype.itemsize
+    def _add(self, name: str, numbers: NDArray[Any], sums: np.dtype[Any] | None = None) -> None:
+        kind, width = numbers.dtype.kind, numbers.dtype.itemsize
         little = numbers.astype(numbers.dtype.newbyteorder("<"), copy=False)
         planes = little.view(np.uint8).reshape(-1, width).T
-        self._columns[name] = [kind, len(numbers), width, int(steps), len(self._bytes)]
+        added_up = [] if sums is None else [sums.kind, sums.itemsize]
+        self._columns[name] = [kind, len(numbers), width, len(self._bytes), *added_up]
         self._bytes += planes.tobytes()
 
     def compressed(self) -> bytes:
@@ -67,15 +74,26 @@ class Block:
         return gzip.compress(struct.pack("<I", len(head)) + head + bytes(self._bytes), 6, mtime=0)
 
 
+def _smallest(name: str, numbers: NDArray[np.int64]) -> np.dtype[Any]:
+    """The type of the fewest bytes that holds all these numbers as they are."""
+    low, high = (int(numbers.min()), int(numbers.max())) if len(numbers) else (0, 0)
+    for kind in _WHOLE:
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return np.dtype(kind)
+    if not -_MOST <= low <= high <= _MOST:
+        raise TraceError(f"{name}: {low} to {high}; the page holds whole numbers from -2**53 to 2**53")
+    return np.dtype(np.float64)
+
+
 def unpack(packed: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """The head and the columns of a compressed block, as the page reads them."""
     raw = gzip.decompress(packed)
     (length,) = struct.unpack_from("<I", raw)
     head = json.loads(raw[4 : 4 + length])
     columns = {}
-    for name, (kind, count, width, steps, begin) in head.pop("columns").items():
+    for name, (kind, count, width, begin, *sums) in head.pop("columns").items():
         first = 4 + length + begin
         planes = np.frombuffer(raw, np.uint8, count * width, first).reshape(width, count)
         numbers = np.ascontiguousarray(planes.T).view(f"<{kind}{width}").ravel()
-        columns[name] = np.cumsum(numbers, dtype=np.int64) if steps else numbers
+        columns[name] = np.cumsum(numbers, dtype="".join(map(str, sums))) if sums else numbers
     return head, columns

@@ -13,6 +13,7 @@ from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
 from colonysim.view.content import chosen_episodes
+from colonysim.view.extent import check_extent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,8 +52,10 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
             "a Rerun recording needs rerun-sdk, which is not installed: pip install 'colonysim[rerun]'"
         ) from None
     wanted = chosen_episodes(run, episodes)
-    run.check_places("events", "poses")
     results = [each for each in run.episodes if each.episode in wanted]
+    check_extent(run, wanted, "a recording")
+    run = run.only(wanted)
+    run.check_places("events", "poses")
     stream = rerun.RecordingStream("colonysim", recording_id=str(run.trace_sha256 or run.path), send_properties=False)
     with replacing(out) as temporary:
         stream.save(temporary)

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import hmac
+import io
 import secrets
+import socket
 import struct
+import sys
 import threading
+import time
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from socketserver import ThreadingTCPServer
@@ -21,9 +26,9 @@ __all__ = ["Server"]
 
 HOST = "127.0.0.1"
 _MOST_AT_ONCE = 64
-"""Connections; one more is closed at once. Nobody but this machine's own programs can make any."""
-_PATIENCE = 5.0
-"""Seconds without a byte after which a connection is given up."""
+"""Connections. For one more the oldest that has not shown the token is closed; if all have, the new one is."""
+_HURRY, _PATIENCE = 2.0, 5.0
+"""Seconds that a request may take to come in, before the token was seen on a connection and from then on."""
 
 
 class Server(ThreadingTCPServer):
@@ -33,8 +38,14 @@ class Server(ThreadingTCPServer):
     the token and a number. A request without the token, or with a wrong one, gets 403; so does one for another host,
     which is what a foreign web site that has its name point here (DNS rebinding) would send.
 
+    Whoever does not know the token cannot keep those out who do: their requests have to come in quickly, and
+    where there are too many connections theirs are the first to be closed.
+
     Args:
         port: Where to listen; 0 for any that is free.
+
+    Attributes:
+        trouble: What went wrong in an answer and was not the client's doing; empty if nothing did.
 
     Raises:
         ColonysimError: The port is taken, or not ours to take.
@@ -50,7 +61,11 @@ class Server(ThreadingTCPServer):
         self.page = b""
         self.feed: Feed | None = None
         self.fetched = 0
-        self._room = threading.BoundedSemaphore(_MOST_AT_ONCE)
+        self.trouble = ""
+        self._lock = threading.Lock()
+        # The oldest first.
+        self._strangers: dict[socket.socket, None] = {}
+        self._friends: set[socket.socket] = set()
         try:
             super().__init__((HOST, port), _Answer)
         except (OSError, OverflowError) as error:
@@ -79,20 +94,40 @@ class Server(ThreadingTCPServer):
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Answers in a thread of its own, if there are not too many."""
-        if self._room.acquire(blocking=False):
-            super().process_request(request, client_address)
-        else:
-            self.shutdown_request(request)
+        with self._lock:
+            full = len(self._strangers) + len(self._friends) >= _MOST_AT_ONCE
+            oldest = next(iter(self._strangers), None) if full else None
+            if full and oldest is None:
+                self.shutdown_request(request)
+                return
+            if oldest is not None:
+                del self._strangers[oldest]
+                _hang_up(oldest)
+            self._strangers[request] = None
+        super().process_request(request, client_address)
 
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """What that thread does."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._room.release()
+    def shutdown_request(self, request: Any) -> None:
+        """Ends a connection."""
+        self._strangers.pop(request, None)
+        self._friends.discard(request)
+        super().shutdown_request(request)
+
+    def trust(self, request: socket.socket) -> None:
+        """Takes note that a connection has shown the token."""
+        with self._lock:
+            if request in self._strangers:
+                del self._strangers[request]
+                self._friends.add(request)
+
+    def patience(self, request: socket.socket) -> float:
+        """Seconds that the next request on a connection may take."""
+        return _PATIENCE if request in self._friends else _HURRY
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A client that goes away in the middle is none of the run's business."""
+        """A client that goes away in the middle is none of the run's business; any other fault is kept."""
+        error = sys.exception()
+        if request in self._friends and not isinstance(error, OSError):
+            self.trouble = f"{type(error).__name__}: {error}"
 
     def close(self) -> None:
         """Ends it."""
@@ -100,13 +135,46 @@ class Server(ThreadingTCPServer):
         self.server_close()
 
 
+def _hang_up(connection: socket.socket) -> None:
+    """Wakes the thread that waits for a connection, and so ends it."""
+    with suppress(OSError):
+        connection.shutdown(socket.SHUT_RDWR)
+
+
+class _Hurried(socket.SocketIO):
+    """What comes in over a connection, until it is too late."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        super().__init__(connection, "r")
+        self._connection = connection
+        self.until = 0.0
+
+    def readinto(self, buffer: Any) -> int | None:
+        left = self.until - time.monotonic()
+        if left <= 0.0:
+            raise TimeoutError("the request took too long to come in")
+        self._connection.settimeout(left)
+        return super().readinto(buffer)
+
+
 class _Answer(BaseHTTPRequestHandler):
     """One connection."""
 
     server: Server
-    timeout = _PATIENCE
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "colonysim", ""
+
+    def setup(self) -> None:
+        """Reads against the clock: a byte now and then does not keep a connection open."""
+        super().setup()
+        self.rfile.close()
+        self._incoming = _Hurried(self.connection)
+        self.rfile = io.BufferedReader(self._incoming)
+
+    def handle_one_request(self) -> None:
+        """Answers the next request, if it comes in time."""
+        self._incoming.until = time.monotonic() + self.server.patience(self.connection)
+        super().handle_one_request()
 
     def do_GET(self) -> None:
         """Answers the one method there is; the base class refuses all others."""
@@ -118,7 +186,9 @@ class _Answer(BaseHTTPRequestHandler):
             return
         if not self.server.admits(self.headers.get_all("Host", []), query.get("token", [""])[0]):
             self._refuse(HTTPStatus.FORBIDDEN)
-        elif self.server.feed is None:
+            return
+        self.server.trust(self.connection)
+        if self.server.feed is None:
             self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
         elif url.path == "/":
             self._send(self.server.page, "text/html; charset=utf-8")
@@ -144,6 +214,7 @@ class _Answer(BaseHTTPRequestHandler):
         self._send(f"{status.value} {status.phrase}\n".encode(), "text/plain; charset=utf-8", status)
 
     def _send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK) -> None:
+        self.connection.settimeout(_PATIENCE)
         self.send_response(status)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(body)))

@@ -25,21 +25,28 @@ def test_what_was_packed_comes_back() -> None:
     block.head = {"name": "</script> \u2028 \N{SNOWMAN}"}
     columns = {
         "tiny": [-128, 0, 127], "short": [-129, 128], "long": [-70_000, 2**31 - 1], "none": [],
+        "years": [0, 2**31, 10**12, 2**53], "minus": [-(2**53), 2**53],
     }  # fmt: skip
     for name, values in columns.items():
         block.ints(name, values)
     times = np.arange(0, 3_000_000, 700)
     block.ints("times", times, steps=True)
+    slow = 4 * 10**12 + np.arange(0, 3 * 10**12, 7 * 10**9)
+    block.ints("slow", slow, steps=True)
+    block.ints("small steps to large sums", np.arange(300) * 10**7, steps=True)
     block.reals("values", [0.1, np.nan, 1e30])
     packed = block.compressed()
     head, back = unpack(packed)
     assert head == block.head
     assert {name: back[name].tolist() for name in columns} == columns
     assert back["times"].tolist() == times.tolist()
+    assert np.array_equal(back["slow"], slow)
+    assert np.array_equal(back["small steps to large sums"], np.arange(300) * 10**7)
     assert np.array_equal(back["values"], np.float32([0.1, np.nan, 1e30]), equal_nan=True)
     assert len(packed) < len(times), "steady times are a byte each at most"
-    with pytest.raises(OverflowError):
-        block.ints("too much", [2**31])
+    for values, steps in (([2**53 + 1], False), ([-(2**53) - 1], True), ([-(2**53), 2**53], True)):
+        with pytest.raises(TraceError, match="from -2"):
+            block.ints("too much", values, steps=steps)
 
 
 def test_pheromones_begin_an_episode_as_the_last_one_left_them_and_time_wore_them(hard: colonysim.Run) -> None:

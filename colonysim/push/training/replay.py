@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from colonysim.push.controls import CONTROLS
 from colonysim.push.network import Float
 
 __all__ = ["Batch", "NStep", "Replay"]
@@ -61,15 +62,31 @@ class Replay:
             "replay_added": np.array(self.added),
         }
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes that a full replay takes."""
+        columns = (self.states, self.actions, self.returns, self.next_states, self.discounts)
+        return sum(column.nbytes for column in columns)
+
     def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
-        """Take back what `dump` gave."""
-        n = len(arrays["replay_actions"])
+        """Take back what `dump` gave.
+
+        Raises:
+            ValueError: The arrays do not fit together, or hold a control that there is not.
+            KeyError: One is missing.
+        """
+        actions, added = arrays["replay_actions"], int(arrays["replay_added"])
+        n = len(actions)
+        if added < 0 or n != min(added, self.capacity):
+            raise ValueError(f"a replay of {n} transitions, {added} of which were added; it holds {self.capacity}")
+        if actions.dtype.kind not in "iu" or not ((actions >= 0) & (actions < CONTROLS)).all():
+            raise ValueError(f"replay_actions holds numbers other than 0 to {CONTROLS - 1}")
         self.states[:n] = arrays["replay_states"]
         self.actions[:n] = arrays["replay_actions"]
         self.returns[:n] = arrays["replay_returns"]
         self.next_states[:n] = arrays["replay_next_states"]
         self.discounts[:n] = arrays["replay_discounts"]
-        self.added = int(arrays["replay_added"])
+        self.added = added
 
 
 @dataclass(slots=True)

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import NonNegativeInt, TypeAdapter, ValidationError
 
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
-from colonysim.files import alone, replace_file
-from colonysim.push.cards import ModelError, load_arrays, save_arrays, save_model
+from colonysim.files import alone, read_file, replace_file
+from colonysim.push.cards import MOST_BYTES, ModelError, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
@@ -136,6 +137,29 @@ def train_push(
             if on_progress is not None:
                 on_progress(run.history[-1])
         return run.finish(name)
+
+
+@dataclass(frozen=True, slots=True)
+class _Note:
+    """What a checkpoint holds beside its arrays."""
+
+    config: dict[str, Any]
+    seed: int
+    rng: dict[str, Any]
+    epsilon: float
+    cpu_seconds: float
+    counts: tuple[NonNegativeInt, NonNegativeInt, NonNegativeInt, NonNegativeInt]
+    candidates: tuple[tuple[float, float, int], ...]
+    history: tuple[Progress, ...]
+
+
+def _read_note(text: npt.NDArray[Any], path: Path) -> _Note:
+    try:
+        return TypeAdapter(_Note).validate_json(text.tobytes())
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(["note", *map(str, first["loc"])])
+        raise ModelError(f"{path}: {where}: {first['msg'][:200]}") from None
 
 
 class _Run:
@@ -277,29 +301,41 @@ class _Run:
         text = np.frombuffer(json.dumps(note).encode(), dtype=np.uint8)
         save_arrays(self.folder / "checkpoint.npz", {**arrays, "note": text})
         # Beside it in plain text, for whoever wants to see how the training goes.
-        replace_file(self.folder / "history.json", json.dumps(note["history"], indent=1).encode())
+        replace_file(self.folder / "history.json", json.dumps(note["history"], indent=1), ModelError)
 
     def restore(self) -> None:
         """Go on from the checkpoint, if there is one."""
         path = self.folder / "checkpoint.npz"
-        if not path.is_file():
+        if not path.exists():
             return
-        arrays = load_arrays(path.read_bytes(), str(path))
-        note = json.loads(arrays.pop("note").tobytes())
+        arrays = load_arrays(read_file(path, ModelError, self._largest), str(path), most=self._largest)
+        note = _read_note(arrays.pop("note", np.zeros(0, dtype=np.uint8)), path)
         same = json.loads(json.dumps(dataclasses.asdict(self.config)))
-        if note["config"] != same or note["seed"] != self.seed:
+        if note.config != same or note.seed != self.seed:
             raise ModelError(f"{path}: was made with another configuration or seed; train in another folder")
-        self.learner.restore(arrays)
-        self.replay.restore(arrays)
-        self.rng.bit_generator.state = note["rng"]
-        self.epsilon, self.spent = note["epsilon"], note["cpu_seconds"]
-        self.episodes, self.actions, self.tests, self.counted = note["counts"]
-        self.history = [Progress(**p) for p in note["history"]]
-        self.candidates = []
-        for i, (score, reward, episode) in enumerate(note["candidates"]):
-            prefix = f"candidate{i}_"
-            kept = {key.removeprefix(prefix): a for key, a in arrays.items() if key.startswith(prefix)}
-            self.candidates.append(_Candidate(score, reward, episode, kept))
+        try:
+            self.learner.restore(arrays)
+            self.replay.restore(arrays)
+            self.rng.bit_generator.state = note.rng
+            for i, (score, reward, episode) in enumerate(note.candidates):
+                prefix = f"candidate{i}_"
+                kept = {key.removeprefix(prefix): a for key, a in arrays.items() if key.startswith(prefix)}
+                network_from_arrays(self.config.inputs, kept)
+                self.candidates.append(_Candidate(score, reward, episode, kept))
+        except KeyError as error:
+            raise ModelError(f"{path}: is no checkpoint of such a training: {error} is missing") from None
+        except (ValueError, TypeError, RuntimeError, OverflowError, ModelError) as error:
+            told = (str(error).splitlines() or [type(error).__name__])[0]
+            raise ModelError(f"{path}: is no checkpoint of such a training: {told[:200]}") from None
+        self.epsilon, self.spent = note.epsilon, note.cpu_seconds
+        self.episodes, self.actions, self.tests, self.counted = note.counts
+        self.history = list(note.history)
+
+    @property
+    def _largest(self) -> int:
+        """Bytes that a checkpoint of this training may take: the replay, networks, Adam's moments, the note."""
+        network = sum(array.nbytes for array in self.learner.network.arrays().values())
+        return MOST_BYTES + self.replay.nbytes + (5 + self.config.candidates) * network
 
     def finish(self, name: str) -> Trained:
         """Let the best candidates play off, write the winner."""

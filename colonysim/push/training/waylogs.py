@@ -23,6 +23,8 @@ from colonysim.push.training.seeds import Purpose, episode_rng
 
 __all__ = ["LoggedPush", "LoggedWay", "gather_ways", "push_way"]
 
+_MOST_BYTES = 64 * 2**20
+"""Largest log; a way takes some two kilobytes."""
 _SHOVED = 0.1
 """A push that moves another box further than this has failed, metres."""
 

@@ -10,7 +10,7 @@ export function drawResults(canvas, run, shown, colours) {
   const { pen, width, height } = sharpen(canvas);
   const { css } = colours;
   pen.clearRect(0, 0, width, height);
-  const most = Math.max(1, ...run.episodes.map((episode) => episode[1]));
+  const most = run.episodes.reduce((high, episode) => Math.max(high, episode[1]), 1);
   const each = (width - LEFT) / run.episodes.length;
   const room = height - TOP - BOTTOM;
   pen.font = "10px system-ui, sans-serif";

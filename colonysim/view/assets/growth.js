@@ -7,7 +7,7 @@ export function begin(run) {
 }
 
 export function extend(run, block) {
-  Object.assign(run, { status: block.status, hash: block.hash });
+  Object.assign(run, { status: block.status, hash: block.hash, trouble: block.trouble });
   const [result] = block.episodes;
   if (!result) return;
   const begins = run.episodes.at(-1)?.[0] !== result[0];
@@ -23,13 +23,14 @@ export function extend(run, block) {
   addPoses(run, block, begins);
 }
 
-/** Adds values to the end of a column, whose memory doubles when it is full. */
+/** Adds values to the end of a column, whose memory doubles when it is full; it becomes one of doubles once it must. */
 function add(table, name, values) {
-  const Kind = values instanceof Float32Array ? Float32Array : Int32Array;
-  const old = table[name] ?? new Kind(0);
+  const old = table[name] ?? [];
+  const wide = old instanceof Float64Array || values instanceof Float64Array;
+  const Kind = wide ? Float64Array : values instanceof Float32Array ? Float32Array : Int32Array;
   const count = old.length + values.length;
   let { buffer } = old;
-  if (count * Kind.BYTES_PER_ELEMENT > buffer.byteLength) {
+  if (!(old instanceof Kind) || count * Kind.BYTES_PER_ELEMENT > buffer.byteLength) {
     const room = new Kind(2 * count);
     room.set(old);
     ({ buffer } = room);

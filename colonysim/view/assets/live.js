@@ -31,7 +31,7 @@ async function followRun(run) {
   const tell = (text, over = false) => { (page ?? { tell: tellEarly }).tell(text, over); };
   begin(run);
   tell("waits for the run to begin");
-  while (run.status === "running") {
+  while (run.status === "running" && !run.trouble) {
     let news;
     try {
       news = await blocksFrom(next);
@@ -47,7 +47,7 @@ async function followRun(run) {
     if (page) tell("under way");
     if (!news.blocks.length) await sleep(NO_NEWS);
   }
-  tell(`the run is over: ${run.status}`, true);
+  tell(run.trouble ? `the run goes on, but it cannot be shown any further: ${run.trouble}` : `the run is over: ${run.status}`, true);
 }
 
 function tellEarly(text) {
@@ -59,5 +59,8 @@ function tellEarly(text) {
 const data = document.getElementById("data");
 unpack(data.textContent).then((run) => {
   data.remove();
-  followRun(run);
+  return followRun(run);
+}).catch((error) => {
+  tellEarly(`this page cannot go on: ${error.message}`);
+  throw error;
 });

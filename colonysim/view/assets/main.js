@@ -40,10 +40,11 @@ class Page {
   name() {
     const { run } = this;
     const variant = run.variant ? ` ${run.variant}` : "";
+    const part = run.of > run.episodes.length ? `${run.episodes.length} of ${run.of} episodes` : null;
     byId("name").textContent = `${run.name}${variant}`;
     document.title = `${run.name}${variant} · colonysim`;
     byId("what").textContent = [
-      run.description, run.backend, run.policy, run.mode, `seed ${run.seed}`, run.status === "finished" ? null : run.status,
+      run.description, run.backend, run.policy, run.mode, `seed ${run.seed}`, part, run.status === "finished" ? null : run.status,
     ].filter(Boolean).join(" · ");
     byId("what").title = run.hash ? `trace ${run.hash}` : "";
   }
@@ -52,9 +53,12 @@ class Page {
     const { run } = this;
     this.fillEpisodes();
     this.fillLayers();
-    fill(byId("speed"), SPEEDS.map((speed) => [speed, `${speed}×`]));
-    const longest = Math.max(...run.episodes.map((episode) => episode[4]));
-    byId("speed").value = SPEEDS.find((speed) => longest / speed <= 1.6 * EPISODE_SECONDS) ?? SPEEDS.at(-1);
+    const longest = run.episodes.reduce((most, episode) => Math.max(most, episode[4]), 0);
+    const suits = (speed) => longest / speed <= 1.6 * EPISODE_SECONDS;
+    const speeds = [...SPEEDS];
+    while (!suits(speeds.at(-1))) speeds.push(speeds.at(-1) * 10); // episodes of days and years
+    fill(byId("speed"), speeds.map((speed) => [speed, `${speed}×`]));
+    byId("speed").value = speeds.find(suits);
     if (run.live) byId("speed").value = 5; // nobody knows yet how long an episode will be
     byId("agent").max = run.agents.node.length - 1;
     byId("views").hidden = !run.bodies;
@@ -405,7 +409,7 @@ class Page {
 
   act(name) {
     const speed = byId("speed");
-    const faster = (by) => { speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), SPEEDS.length - 1); };
+    const faster = (by) => { speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.length - 1); };
     const layer = (i) => { const button = byId("layers").children[i]; if (button) this.showField(button.dataset.field || null); };
     const nextAgent = (by) => {
       const count = this.run.agents.node.length + 1;

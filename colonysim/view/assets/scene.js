@@ -20,9 +20,11 @@ export class SceneView {
     this.agent = -1;
     this.decision = null;
     const { places } = run.bodies;
-    const middle = (i) => (Math.min(...places.map((place) => place[i])) + Math.max(...places.map((place) => place[i]))) / 2;
-    this.home = [middle(0), middle(1), middle(2)];
-    this.size = Math.max(...places.map((place) => Math.hypot(place[0] - this.home[0], place[1] - this.home[1]))) + 2.5;
+    this.home = [0, 1, 2].map((axis) => {
+      const [low, high] = rangeOf(places.map((place) => place[axis]));
+      return (low + high) / 2;
+    });
+    this.size = rangeOf(places.map((place) => Math.hypot(place[0] - this.home[0], place[1] - this.home[1])))[1] + 2.5;
     this.fit();
   }
 
@@ -196,6 +198,11 @@ export class SceneView {
   }
 }
 
+/** The least and the largest of many numbers: more than a call takes as arguments. */
+function rangeOf(values) {
+  return values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+}
+
 function measure(canvas) {
   const ratio = window.devicePixelRatio || 1;
   const width = canvas.clientWidth, height = canvas.clientHeight;
@@ -208,7 +215,7 @@ function measure(canvas) {
 function groundOf(run, colours) {
   const { slabs } = run;
   const tops = run.bodies.places.map((place) => place[2]);
-  const [low, high] = [Math.min(...tops), Math.max(...tops)];
+  const [low, high] = rangeOf(tops);
   const grounds = [];
   const shade = (colour) => part(mix(colour, colours.coast, 0.12));
   for (let i = 0; i < slabs.length; i += 8) {

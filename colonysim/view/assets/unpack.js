@@ -1,6 +1,7 @@
 // The data of the page: base64 -> gzip -> a head of plain data and columns as typed arrays (see view/packing.py).
 
-const WHOLE = { 1: Int8Array, 2: Int16Array, 4: Int32Array };
+// By kind and bytes. Whole numbers beyond 32 bits (times of weeks, large numbers of nodes) come as doubles.
+const KINDS = { i1: Int8Array, i2: Int16Array, i4: Int32Array, f4: Float32Array, f8: Float64Array };
 
 /** The run: its head, with the columns of each table as `run[table][column]`. */
 export async function unpack(text) {
@@ -25,15 +26,15 @@ export async function decode(packed) {
   return run;
 }
 
-function readColumn(raw, start, kind, count, width, steps, begin) {
+function readColumn(raw, start, kind, count, width, begin, sumKind, sumWidth) {
   const joined = new Uint8Array(count * width);
   for (let plane = 0; plane < width; plane++) {
     const from = start + begin + plane * count;
     for (let i = 0; i < count; i++) joined[i * width + plane] = raw[from + i];
   }
-  const numbers = kind === "f" ? new Float32Array(joined.buffer) : new WHOLE[width](joined.buffer);
-  if (!steps) return numbers;
-  const sums = new Int32Array(count);
+  const numbers = new KINDS[kind + width](joined.buffer);
+  if (sumKind === undefined) return numbers;
+  const sums = new KINDS[sumKind + sumWidth](count);
   let sum = 0;
   for (let i = 0; i < count; i++) sums[i] = sum += numbers[i];
   return sums;
