@@ -50,10 +50,10 @@ def command(
 
 def _check(name: str, variant: str | None, settings: list[str]) -> None:
     from colonysim.plugins import make_policy
-    from colonysim.world.loading import load_scenario, variant_names
+    from colonysim.world.loading import load_scenario, load_variants
 
-    for one in [variant] if variant else [None, *variant_names(name)]:
-        scenario = load_scenario(name, one, settings)
+    one_only = ((variant, load_scenario(name, variant, settings)),) if variant is not None else ()
+    for one, scenario in one_only or load_variants(name, settings):
         make_policy(None, scenario)
         label = name if one is None else f"{name} (variant {one})"
         typer.echo(f"{label}: valid: {_outline(scenario)}")

@@ -154,9 +154,9 @@ def _jobs(
     from colonysim.plots.workload import workload_figure
 
     if what is not None:
-        for given, needed in ((hole, "H"), (box, "B")):
+        for name, given, needed in (("hole", hole, "H"), ("box", box, "B")):
             if given is not None and needed not in what:
-                raise ColonysimError(f"{'hole' if needed == 'H' else 'box'} {given}: only with {needed}, which is not drawn")
+                raise ColonysimError(f"{name}: only with {needed}, which is not drawn")
     scenario = run.scenario
     holes = [scenario.topology.ids[each.node] for each in scenario.holes]
     if hole is not None and whole("hole", hole, 0, MAX_SEED) not in holes:
