@@ -151,7 +151,10 @@ def run(
 
 def _absent(path: Path) -> list[Path]:
     """A path and the folders above it as far as there are none, the innermost first."""
-    return [folder for folder in (path, *path.parents) if not folder.exists()]
+    try:
+        return [folder for folder in (path, *path.parents) if not folder.exists()]
+    except OSError:  # it cannot be made either, and whoever tries says why
+        return []
 
 
 def _take_back(directory: Path, made: Sequence[Path]) -> None:

@@ -39,7 +39,7 @@ def command(
 
     if sql is not None:
         if by or episodes is not None:
-            raise ColonysimError("--sql stands alone: the query says itself what is told apart and which episodes count")
+            raise ColonysimError("--sql stands alone: a query says itself which columns and episodes it wants")
         names, rows = query(directory, sql)
         if as_json:
             print_json([dict(zip(names, row, strict=True)) for row in rows])

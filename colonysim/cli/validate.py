@@ -59,12 +59,12 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.cli.console import print_result, say
     from colonysim.plugins import BUILT_IN, locate, make_policy
-    from colonysim.world.loading import load_scenario, variant_names
+    from colonysim.world.loading import load_scenario, load_variants
     from colonysim.world.source import printable
 
     body = locate("backends", backend)
-    for one in [variant] if variant else [None, *variant_names(name)]:
-        scenario = load_scenario(name, one, settings)
+    one_only = ((variant, load_scenario(name, variant, settings)),) if variant is not None else ()
+    for one, scenario in one_only or load_variants(name, settings):
         policy = locate("policies", scenario.policy)
         loaded = [] if backend in BUILT_IN["backends"] else [f"backend {body}"]
         if scenario.policy in BUILT_IN["policies"]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field, Strict, ValidationError
 from pydantic.dataclasses import dataclass
 
 from colonysim.suggest import nearest
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 __all__ = ["PRESETS", "StigmergySettings", "settings_for"]
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
 LARGEST = 1e9
 """No parameter is larger, so that no product of a few of them and of lengths is infinite."""
-Positive = Annotated[float, Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
+Flag = Annotated[bool, Strict()]
+Share = Annotated[float, Strict(), Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Strict(), Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid"))
@@ -29,70 +30,72 @@ class StigmergySettings:
     """Parameters of the stigmergic policy; the defaults are the preset `colony`.
 
     Attributes:
-        beta: Boltzmann constant of every softmax.
-        epsilon: Chance to explore at the start.
+        beta: Factor of the values in every softmax: at 0 all choices are equally likely, the higher the more decided.
+        epsilon: Chance to explore, at the start of a run.
         epsilon_floor: It never decays below this.
         epsilon_decay: Factor by which it decays.
-        epsilon_per: Whether it decays at each exploratory "choice" or once an "episode".
-        d_max: d_max in units of the farthest node's distance to the goal along edges.
-        distance_rule: "lrta" or "literal", see pheromones/distance.py.
-        unvisited: D of an unvisited node: "straight" or "zero".
-        updates: Whether D and H are updated on the "occupied" node only or "everywhere" (the oracle).
-        hole_rule: "max", or "min" as Algorithm 5 is printed.
-        hole_evaporation: What remains of H after an episode.
-        box_decay: B_decay.
+        epsilon_per: When it decays: at each exploratory "choice" or once an "episode".
+        d_max: What D falls from, d_max, in units of the farthest node's distance to the goal along edges.
+        distance_rule: Whose distances D takes: all reachable neighbours' ("lrta"), or those of official ones, as
+            Algorithm 2 is printed ("literal").
+        unvisited: D of a node nobody has been to: d_max less the straight line to the goal ("straight"), or 0 ("zero").
+        updates: Where D and H are updated: on the "occupied" node only, or "everywhere" at each step (the oracle).
+        hole_rule: Which of its candidates H becomes: the largest ("max"), or, as Algorithm 5 is printed, the smallest
+            ("min").
+        hole_evaporation: Share of H that remains after an episode.
+        box_decay: Factor of B at each claim, B_decay; a crossing divides by it.
         box_start: B at first, in units of d_max.
-        box_cap: Cap of B in units of d_max; None for none.
-        box_credit: Whether B is raised on "enter" or on "leave" of the hole's node.
+        box_cap: Most that B can become, in units of d_max; null for no limit.
+        box_credit: When a crossing raises B: as the agent steps onto the hole's node ("enter") or off it ("leave").
         deposit_at_start: Whether D and E are deposited at an episode's start, before the first step, as H is.
-        stack_credit: Whether a crossing credits "all" boxes of a stack or the "top" one.
-        exploration_evaporation: What remains of E after an episode; None subtracts the minimum instead.
-        exploration_on_wait: Whether waiting deposits E.
+        stack_credit: Whose B a crossing raises: that of "all" boxes in the hole, or of the "top" one.
+        exploration_evaporation: Share of E that remains after an episode; null takes off the smallest E instead.
+        exploration_on_wait: Whether waiting counts as a visit, that is, deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
-        candidates_centre: Whether holes count as near from the "box" or from the "agent".
+        candidates_centre: From where holes have to be within R: from the "box" or from the "agent".
         look_on: Whether the next nearest box is looked at where the nearest one can go to no hole.
         errands: Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight.
-        step_past: Whether an agent that is shut in, or that comes to no useful box otherwise, steps to a box's node
-            to leave it on another side.
+        step_past: Whether an agent that is shut in, or that comes to no useful box otherwise, steps to the node of a
+            box to leave it on another side.
         restless: Choices in sight of boxes but with none to go for, in edges' lengths and units of the farthest node's
-            way to the goal, after which an agent tries whatever the place allows, for as many; None for never.
-        collision: "reservation", or "two_node" for Algorithm 8.
-        patience: Waits, in travelled edges' time, after which a carrier drops its box; None for never.
-        tries: Pushes that fail in a row before a carrier gives up its box for now; None for never.
+            way to the goal, after which an agent tries whatever the place allows, for as many; null for never.
+        collision: What keeps agents apart: "reservation" of the nodes that a mover needs, or "two_node", Algorithm 8.
+        patience: How long a carrier waits before it drops its box, in the time of a travelled edge; null for ever.
+        tries: Pushes that fail in a row before a carrier gives up its box for now; null for never.
         ask_to_clear: Whether a waiting carrier asks for its next node to be cleared.
         feasibility: Least chance at which a push is tried.
         extra_fields: Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.
     """
 
-    beta: Annotated[float, Field(ge=0.0, le=LARGEST, allow_inf_nan=False)] = 4.0
+    beta: Annotated[float, Strict(), Field(ge=0.0, le=LARGEST, allow_inf_nan=False)] = 4.0
     epsilon: Share = 0.2
     epsilon_floor: Share = 0.01
     epsilon_decay: Share = 0.8
     epsilon_per: Literal["choice", "episode"] = "episode"
-    d_max: Annotated[float, Field(ge=1.0, le=LARGEST, allow_inf_nan=False)] = 1.5
+    d_max: Annotated[float, Strict(), Field(ge=1.0, le=LARGEST, allow_inf_nan=False)] = 1.5
     distance_rule: Literal["lrta", "literal"] = "lrta"
     unvisited: Literal["straight", "zero"] = "straight"
     updates: Literal["occupied", "everywhere"] = "occupied"
-    deposit_at_start: bool = False
+    deposit_at_start: Flag = False
     hole_rule: Literal["max", "min"] = "max"
     hole_evaporation: Share = 0.5
-    box_decay: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
+    box_decay: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.95
     box_start: Positive = 2.0
     box_cap: Positive | None = 4.0
     box_credit: Literal["enter", "leave"] = "leave"
     stack_credit: Literal["all", "top"] = "all"
     exploration_evaporation: Share | None = 0.5
-    exploration_on_wait: bool = False
-    overfill: bool = False
+    exploration_on_wait: Flag = False
+    overfill: Flag = False
     candidates_centre: Literal["box", "agent"] = "box"
-    look_on: bool = True
-    errands: bool = True
-    step_past: bool = True
+    look_on: Flag = True
+    errands: Flag = True
+    step_past: Flag = True
     restless: Positive | None = 3.0
     collision: Literal["reservation", "two_node"] = "reservation"
-    patience: Annotated[float, Field(ge=1e-3, le=LARGEST, allow_inf_nan=False)] | None = 5.0
-    tries: Annotated[int, Field(ge=1, le=10**9)] | None = 2
-    ask_to_clear: bool = True
+    patience: Annotated[float, Strict(), Field(ge=1e-3, le=LARGEST, allow_inf_nan=False)] | None = 5.0
+    tries: Annotated[int, Strict(), Field(ge=1, le=10**9)] | None = 2
+    ask_to_clear: Flag = True
     feasibility: Share = 0.5
     extra_fields: tuple[str, ...] = ()
 
@@ -124,7 +127,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 
 
-def settings_for(scenario: Scenario, preset: str = "colony", *, override: bool = False) -> StigmergySettings:
+def settings_for(scenario: Scenario, preset: str = "colony", *, override: Flag = False) -> StigmergySettings:
     """The settings that a scenario asks for: its preset, changed by its own parameters.
 
     Args:

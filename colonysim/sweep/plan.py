@@ -22,7 +22,7 @@ from colonysim.provenance import TAG, parts_of, unknown_in
 from colonysim.suggest import nearest
 from colonysim.world.loading import load_scenario, plain_data
 from colonysim.world.places import Places
-from colonysim.world.source import read_file
+from colonysim.world.source import is_stream, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -380,8 +380,11 @@ def _loaded(
     folder: Path, places: Places,
 ) -> Scenario:  # fmt: skip
     """A scenario under these settings; a setting that does not fit it is an error here."""
+    file = found(scenario, folder)
+    if is_stream(Path(file)):
+        raise places.fault(place, f"{scenario}: can be read once, and each trial reads its scenario; expected a file")
     try:
-        loaded = load_scenario(found(scenario, folder), variant, parameters)
+        loaded = load_scenario(file, variant, parameters)
         for policy in policies:
             make_policy(policy, loaded)
     except ColonysimError as error:

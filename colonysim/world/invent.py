@@ -107,7 +107,7 @@ def invent(
     crowd: dict[str, Any] = {"count": agents, "seed": seed}
     if kind == "platforms":
         crowd["within"] = [0, 0, side - 1, side - 1]
-    document = {
+    document: dict[str, Any] = {
         "name": f"{kind}-{columns}x{rows}-s{seed}",
         "topology": topology,
         "holes": [{"node": node, "depth": filling * HEIGHT} for node in stands[0]],

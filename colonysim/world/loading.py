@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import itertools
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,13 @@ from colonysim.world.source import (
     MAX_DIGITS,
     MAX_PATH,
     control_character,
+    is_stream,
     printable,
     read_file,
     read_text,
 )
 
-__all__ = ["list_scenarios", "load_scenario", "plain_data", "scenario_from_document", "variant_names"]
+__all__ = ["list_scenarios", "load_scenario", "load_variants", "plain_data", "scenario_from_document"]
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
@@ -41,7 +43,8 @@ def load_scenario(path_or_name: str | Path, variant: str | None = None, override
     """Loads and validates a scenario.
 
     Args:
-        path_or_name: A YAML file, or the bare name of a scenario that comes with the package ("hard").
+        path_or_name: A YAML file, the bare name of a scenario that comes with the package ("hard"), or "-" for
+            standard input.
         variant: One of the file's `variants`, applied first.
         overrides: Fields to set, applied last: {"policy.beta": 2} or ["policy.beta=2"], where the text
             after "=" is read as YAML. A number in a path is a place in a list ("agents.0").
@@ -50,14 +53,23 @@ def load_scenario(path_or_name: str | Path, variant: str | None = None, override
         ScenarioError: One message that names file, line, column and field, what is wrong, what was
             expected, and the nearest right word.
     """
-    path = _find(path_or_name)
-    source = _shown(path)
-    document, positions = _read(path, source)
-    draft = _Draft(document, positions, source)
-    draft.document.setdefault("name", printable(path.stem, MAX_NAME)[:MAX_NAME])
-    draft.take_variants(variant)
-    draft.override(overrides or ())
-    return draft.scenario()
+    document, positions, source = _opened(path_or_name)
+    return _made(_Draft(document, positions, source), variant, overrides)
+
+
+def load_variants(
+    path_or_name: str | Path, overrides: Overrides | None = None
+) -> Iterator[tuple[str | None, Scenario]]:
+    """Loads a scenario as it stands (under None) and each of its variants; the file is read once.
+
+    Raises:
+        ScenarioError: As for `load_scenario`.
+    """
+    document, positions, source = _opened(path_or_name)
+    names = _Draft(dict(document), positions, source).take_variants(None)
+    for variant in (None, *names):
+        own = copy.deepcopy(document) if names else document
+        yield variant, _made(_Draft(own, positions, source), variant, overrides)
 
 
 def scenario_from_document(
@@ -75,22 +87,23 @@ def scenario_from_document(
     Raises:
         ScenarioError: As for `load_scenario`, without line and column.
     """
-    draft = _Draft(plain_data(document, source), {}, source)
+    return _made(_Draft(plain_data(document, source), {}, source), variant, overrides)
+
+
+def _opened(path_or_name: str | Path) -> tuple[dict[str, Any], dict[str, tuple[int, int]], str]:
+    """The plain document of a file, named, with the positions of its fields; and how messages name it."""
+    path = _find(path_or_name)
+    source = "<stdin>" if str(path) == "-" else _shown(path)
+    document, positions = _read(path, source)
+    if not is_stream(path):
+        document.setdefault("name", printable(path.stem, MAX_NAME)[:MAX_NAME])
+    return document, positions, source
+
+
+def _made(draft: _Draft, variant: str | None, overrides: Overrides | None) -> Scenario:
     draft.take_variants(variant)
     draft.override(overrides or ())
     return draft.scenario()
-
-
-def variant_names(path_or_name: str | Path) -> tuple[str, ...]:
-    """The names of a scenario's variants, in the order of the file.
-
-    Raises:
-        ScenarioError: The file cannot be read, or its variants are wrong.
-    """
-    path = _find(path_or_name)
-    source = _shown(path)
-    document, positions = _read(path, source)
-    return _Draft(document, positions, source).take_variants(None)
 
 
 def list_scenarios() -> list[tuple[str, Path, str, tuple[str, ...]]]:
@@ -115,6 +128,8 @@ def _find(path_or_name: str | Path) -> Path:
     shown = printable(text, MAX_PATH)
     if "\0" in text:
         raise ScenarioError(f"{shown}: is no file name")
+    if text == "-":
+        return path
     bare = path.name == text and not path.suffix
     try:
         if not bare or path.is_file():
@@ -135,7 +150,7 @@ def _find(path_or_name: str | Path) -> Path:
 
 def _read(path: Path, source: str) -> tuple[dict[str, Any], dict[str, tuple[int, int]]]:
     """The plain document of a file, and the positions of its fields."""
-    value, positions = read_file(path, source)
+    value, positions = read_file(path, source, streams=True)
     if value is None:
         raise ScenarioError(f"{source}: is empty, expected a scenario")
     if not isinstance(value, dict):

@@ -10,6 +10,8 @@ from __future__ import annotations
 import copy
 import math
 import re
+import sys
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,8 +21,8 @@ import yaml
 from colonysim.errors import ScenarioError
 
 __all__ = [
-    "MAX_BYTES", "MAX_DEPTH", "MAX_DIGITS", "MAX_EXPANDED", "MAX_PATH", "MAX_VALUES", "control_character", "printable",
-    "read_file", "read_text",
+    "MAX_BYTES", "MAX_DEPTH", "MAX_DIGITS", "MAX_EXPANDED", "MAX_PATH", "MAX_VALUES", "control_character", "is_stream",
+    "printable", "read_file", "read_text",
 ]  # fmt: skip
 
 MAX_BYTES = 16_000_000
@@ -71,12 +73,21 @@ def printable(text: str, most: int = 80) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in short)
 
 
-def read_file(path: Path, source: str) -> tuple[Any, dict[str, tuple[int, int]]]:
+def is_stream(path: Path) -> bool:
+    """Whether a path is standard input ("-"), a pipe or a terminal: what can be read once, and only to its end."""
+    try:
+        return str(path) == "-" or path.is_fifo() or path.is_char_device()
+    except OSError:  # a name that is too long, a folder that may not be read
+        return False
+
+
+def read_file(path: Path, source: str, *, streams: bool = False) -> tuple[Any, dict[str, tuple[int, int]]]:
     """Reads a YAML file as plain data.
 
     Args:
         path: The file.
         source: Its name in messages.
+        streams: Whether it may be a stream, too; see `is_stream`.
 
     Returns:
         The plain data, and line and column (from 1) of each field by dotted path.
@@ -85,18 +96,25 @@ def read_file(path: Path, source: str) -> tuple[Any, dict[str, tuple[int, int]]]
         ScenarioError: The file is missing, too large, not UTF-8, or no YAML that a scenario may hold.
     """
     try:
-        if path.is_dir():
+        if streams and is_stream(path):
+            if sys.stdin is None and str(path) == "-":
+                raise ScenarioError(f"{source}: is closed, expected a scenario")
+            with nullcontext(sys.stdin.buffer) if str(path) == "-" else path.open("rb") as stream:
+                data = stream.read(MAX_BYTES + 1)
+            size = len(data)
+        elif path.is_dir():
             raise ScenarioError(f"{source}: is a directory, expected a YAML file")
-        if not path.is_file():
-            raise ScenarioError(f"{source}: no such file")
-        size = path.stat().st_size
+        elif not path.is_file():
+            raise ScenarioError(f"{source}: {'is no file' if path.exists() else 'no such file'}")
+        else:
+            size = path.stat().st_size
+            with path.open("rb") as file:
+                data = file.read(MAX_BYTES)
         if size > MAX_BYTES:
             raise ScenarioError(
                 f"{source}: the file holds {size / 1e6:.1f} MB, expected at most {MAX_BYTES / 1e6:.0f} MB;"
                 " a large regular place can be generated with `topology:`"
             )
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)[:MAX_BYTES]
     except OSError as error:
         raise ScenarioError(f"{source}: cannot be read: {error.strerror or error}") from None
     try:

@@ -128,7 +128,7 @@ def test_lists() -> None:
     listed = json.loads(colonysim("scenarios", "--json").stdout)
     assert {"sanity", "easy", "medium", "hard"} <= {each["name"] for each in listed}
     found = {(e["kind"], e["name"]) for e in json.loads(colonysim("backends", "--json").stdout)}
-    assert {("backends", "nodeworld"), ("backends", "bullet"), ("policies", "paper")} <= found
+    assert {("backends", "nodeworld"), ("backends", "bullet"), ("policies", "paper"), ("fields", "D")} <= found
     assert "hard" in colonysim("scenarios").stdout and "nodeworld" in colonysim("backends").stdout
 
 

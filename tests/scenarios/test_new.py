@@ -202,8 +202,8 @@ def check_a_call(number, folder):
 
 
 def test_a_random_call_is_refused_or_writes_a_world_that_is_valid_and_can_be_solved(tmp_path):
-    accepted = sum(check_a_call(number, tmp_path) for number in range(30))
-    assert 5 < accepted < 25
+    accepted = sum(check_a_call(number, tmp_path) for number in range(20))
+    assert 3 < accepted < 17
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from colonysim.world.loading import list_scenarios, load_scenario, scenario_from_document, variant_names
+from colonysim.world.loading import list_scenarios, load_scenario, load_variants, scenario_from_document
 from colonysim.world.schema import scenario_schema
 from colonysim.world.source import read_text
 
@@ -42,7 +42,7 @@ def test_maps_have_the_counts_of_their_data(name):
     assert scenario.topology.edge_count == EDGES[name]
     ids = scenario.topology.ids
     assert {ids[hole.node]: round(hole.depth, 9) for hole in scenario.holes} == HOLES[name]
-    assert variant_names(name) == VARIANTS.get(name, ())
+    assert tuple(variant for variant, _ in load_variants(name)) == (None, *VARIANTS.get(name, ()))
 
 
 def test_all_are_listed_with_description_and_variants():
