@@ -45,11 +45,9 @@ def test_exactly_one_of_two_has_the_directory_and_nothing_is_lost(tmp_path: Path
 
 
 def test_a_directory_is_held_until_its_holder_ends(tmp_path: Path) -> None:
-    with alone(tmp_path / "new", "is at work there"):
-        with pytest.raises(TraceError, match="another process is at work there"), alone(
-            tmp_path / "new", "is at work there", TraceError
-        ):
-            pass
+    refused = pytest.raises(TraceError, match="another process is at work there")
+    with alone(tmp_path / "new", "is at work there"), refused, alone(tmp_path / "new", "is at work there", TraceError):
+        pass
     with alone(tmp_path / "new", "is at work there"):
         pass
     (tmp_path / "file").touch()

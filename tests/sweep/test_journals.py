@@ -13,7 +13,7 @@ import pytest
 from colonysim.errors import ColonysimError, ColonysimWarning
 from colonysim.jsonlines import append_line, read_lines
 from colonysim.processes import attempt
-from colonysim.sweep import Store, running, run_sweep
+from colonysim.sweep import Store, run_sweep, running
 from colonysim.sweep.tables import read_table
 from colonysim.sweep.trial import run_trial
 from colonysim.sweep.workers import Outcome
@@ -48,11 +48,11 @@ def rows(directory: Path) -> list[object]:
 
 def damaged(lines: list[bytes], rng: random.Random) -> tuple[bytes, set[int]]:
     """A journal after some accidents, and the numbers of its lines that are none."""
-    marked: list[tuple[bytes, bool]] = [(line, False) for line in lines]
+    marked: list[tuple[bytes, bool | None]] = [(line, False) for line in lines]  # None: to be left as it is
     for _ in range(rng.randint(1, 4)):
         at = rng.randrange(len(marked))
         line, bad = marked[at]
-        if bad:
+        if bad is not False:
             continue
         kind = rng.randrange(9)
         if kind == 0:
@@ -70,17 +70,17 @@ def damaged(lines: list[bytes], rng: random.Random) -> tuple[bytes, set[int]]:
             names = [name for name in row if name not in ("at", "made_by")]
             name = rng.choice(names)
             value = rng.choice([w for w in WRONG if not (name == "seconds" and isinstance(w, (int, float)))])
-            if name in ("trial", "asked", "trace_sha256") and value == "x" or name == "episodes" and value == []:
+            if (name in ("trial", "asked", "trace_sha256") and value == "x") or (name == "episodes" and value == []):
                 value = None
             marked[at] = json.dumps({**row, name: value}).encode(), True
         elif kind == 5 and b"succeeded" in line:
-            marked.insert(at + 1, (line, True))
+            marked[at : at + 1] = [(line, None), (line, True)]
         elif kind == 6:
             cut = rng.randrange(len(line))
             marked[at] = line[:cut] + rng.choice((b"\xff", b"\xc3\x28", b"\x80")) + line[cut:], True
         elif kind == 7:
             marked[at] = rng.choice((b"[" * 100_000, b"5", b"null", b"[]", b'"text"', b"{}", b"9" * 5000)), True
-        elif kind == 8 and at + 1 < len(marked) and not marked[at + 1][1]:
+        elif kind == 8 and at + 1 < len(marked) and marked[at + 1][1] is False:
             marked[at : at + 2] = [(line + marked[at + 1][0], True)]
     return b"".join(line + b"\n" for line, _ in marked), {n for n, (_, bad) in enumerate(marked, 1) if bad}
 
