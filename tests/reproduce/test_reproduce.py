@@ -19,12 +19,12 @@ from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.reproduce import STUDIES, reproduce
 from colonysim.reproduce.document import Heading, Picture, Table, Text, as_html, as_markdown
-from colonysim.reproduce.evidence import Evidence, found_by
+from colonysim.reproduce.evidence import Evidence, found_by, stored_on_bullet
 from colonysim.reproduce.facts import FACTS
 from colonysim.reproduce.judging import Figure, Reported, direction, level
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.plans import ABLATED, FULL, QUICK, asked, joined
-from colonysim.reproduce.push import SETTINGS
+from colonysim.reproduce.push import SETTINGS, Trainings
 from colonysim.reproduce.recorded import DRAWINGS, RUNS
 
 TINY = replace(QUICK, seeds=2, first_seed=10, episodes=3, drawn=2)
@@ -252,3 +252,23 @@ def test_a_report_as_markdown_and_html(tmp_path):
     assert 'src="data:image/png;base64,aW1hZ2U="' in page and '<td class="disagrees">disagrees (above): so</td>' in page
     with pytest.raises(ColonysimError, match="cannot be read"):
         as_html([Picture("b.png", "")], tmp_path)
+
+
+def test_damaged_lines_of_stored_results_are_missing_and_the_others_count(tmp_path):
+    file = tmp_path / "bullet.jsonl"
+    whole = [stored_run("easy", "staged", seed).encode() for seed in (7, 8, 9)]
+    lines = [whole[0], b"", whole[1][:-9], b"\0" * 40, b"\xff{}", whole[0], whole[2].replace(b"20", b"null"), whole[2]]
+    file.write_bytes(b"\n".join(lines))
+    runs, [told] = stored_on_bullet(file)
+    assert [run.seed for run in runs] == [7, 9]
+    assert re.findall(r"line (\d+): ", told) == ["2", "3", "4", "5", "6", "7"]
+    assert "it is there twice (easy, staged, 7)" in told
+    row = {"setting": "base", "base": "paper", "episodes": 9, "seed": 1, "peak_episode": 3, "pushed": {}, "tests": []}
+    trainings = tmp_path / "trainings.jsonl"
+    other = json.dumps({**row, "seed": 2, "tests": [[1, 2, "x", 0.0]]})
+    trainings.write_text(f"{json.dumps(row)}\n{other}\nnonsense\n")
+    found, [told] = Trainings.read(trainings)
+    assert found is not None and len(found.rows) == 1 and "line 2: its 'tests'" in told and "line 3: " in told
+    trainings.write_text("nonsense\n")
+    with pytest.raises(ColonysimError, match="not trainings as"):
+        Trainings.read(trainings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import time
@@ -29,3 +30,36 @@ class Eats(Stigmergy):
 class Dies(Stigmergy):
     def decide(self, view, memory, random):
         os.kill(os.getpid(), signal.SIGKILL)
+
+
+class Leaves(Stigmergy):
+    def decide(self, view, memory, random):
+        raise SystemExit(3)
+
+
+class Interrupts(Stigmergy):
+    def decide(self, view, memory, random):
+        raise KeyboardInterrupt
+
+
+class Spins(Stigmergy):
+    def decide(self, view, memory, random):
+        while True:
+            pass
+
+
+class Holds(Stigmergy):
+    """Hangs in C, and keeps the interpreter's lock meanwhile."""
+
+    def decide(self, view, memory, random):
+        ctypes.PyDLL(None).sleep(3600)
+
+
+class Shuts(Stigmergy):
+    """Hangs, and does not listen to whoever asks it to end."""
+
+    def decide(self, view, memory, random):
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+            signal.signal(number, signal.SIG_IGN)
+        while True:
+            time.sleep(3600)

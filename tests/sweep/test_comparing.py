@@ -12,7 +12,7 @@ from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.sweep import run_sweep
-from colonysim.sweep.comparing import compare
+from colonysim.sweep.comparing import _differences, compare
 from colonysim.sweep.tables import read_table
 from colonysim.trace.manifest import read_manifest, write_manifest
 
@@ -106,3 +106,15 @@ def test_on_the_command_line(sweep):
     answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--episodes", "2"])
     assert answer.exit_code == 0 and "colony" in answer.stdout and "sim_seconds" in answer.stdout
     assert CliRunner().invoke(app, ["compare", str(sweep)]).exit_code == 2
+
+
+def test_a_difference_of_shares_is_no_larger_than_one(sweep):
+    for each in compare([sweep], by="policy", episodes=(1, 1)):
+        if each.measure == "success":
+            assert each.interval is not None and -1.0 <= each.interval[0] <= each.interval[1] <= 1.0
+    found = _differences({}, "policy", "a", "b", _seeds(1.0, 0.0, 0.0), _seeds(0.0, 1.0, 1.0))
+    assert {each.measure: each.interval for each in found}["success"] == (-1.0, 1.0)
+
+
+def _seeds(*success: float) -> dict[int, dict[str, float]]:
+    return {seed: {"success": value, "steps": 1.0, "sim_seconds": 1.0} for seed, value in enumerate(success)}

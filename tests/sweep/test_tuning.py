@@ -65,6 +65,13 @@ def test_success_is_made_large(tmp_path: Path) -> None:
     assert None not in values and values == sorted(values, reverse=True)  # type: ignore[type-var]
 
 
+def test_intervals_of_success_lie_within_what_a_share_can_be(tmp_path: Path) -> None:
+    text = FILE.replace("[sanity]", "[hard]").replace("{count: 2}", "{count: 3}").replace("episodes: 3", "episodes: 1")
+    found, _ = searched(tmp_path, 2, text, "success")
+    for each in found:
+        assert each.interval is not None and 0.0 <= each.interval[0] <= each.interval[1] <= 1.0
+
+
 def test_a_choice_with_a_failed_trial_comes_last(tmp_path: Path) -> None:
     text = FILE.replace("episodes: 3", "episodes: 3\nlimits: {seconds: 0.001}")
     found, _ = searched(tmp_path, 2, text)
@@ -79,6 +86,8 @@ def test_a_choice_with_a_failed_trial_comes_last(tmp_path: Path) -> None:
         ("scenarios: [sanity]\n", "has no `sample`"),
         (FILE.replace("%d", "2") + "grid: {policy.beta: [1]}\n", "expected no grid"),
         (FILE.replace("%d", "2").replace("epsilon", "epsilom"), "epsilom"),
+        (FILE.replace("%d", "2").replace("0.01, 0.99", "0.99, 0.01"), r"lowest value first, found \[0.99, 0.01\]"),
+        (FILE.replace("%d", "2").replace("0.01, 0.99", "-1.0e+308, 1.0e+308"), "not as wide"),
     ],
 )
 def test_a_file_that_cannot_be_searched_is_refused(tmp_path: Path, text: str, message: str) -> None:

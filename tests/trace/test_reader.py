@@ -93,11 +93,15 @@ def test_unknown_tables_are_answered_with_the_known_ones(path: Path) -> None:
 
 def test_a_run_never_overwrites(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    names = [prepare_directory(None, "hard", "R 5", "nodeworld", 0).name for _ in range(2)]
+
+    def about(backend: str, seed: int, variant: str | None = None) -> dict[str, object]:
+        return {"name": "hard", "variant": variant, "backend": backend, "seed": seed}
+
+    names = [prepare_directory(None, about("nodeworld", 0, "R 5")).name for _ in range(2)]
     assert names == ["hard-R_5-nodeworld-s0-1", "hard-R_5-nodeworld-s0-2"]
-    assert prepare_directory(None, "hard", None, "bullet", 3).name == "hard-bullet-s3-1"
+    assert prepare_directory(None, about("bullet", 3)).name == "hard-bullet-s3-1"
     (tmp_path / "full").mkdir()
-    assert prepare_directory(tmp_path / "full", "hard", None, "bullet", 0) == tmp_path / "full"
+    assert prepare_directory(tmp_path / "full", about("bullet", 0)) == tmp_path / "full"
     (tmp_path / "full" / "notes").write_text("")
     with pytest.raises(TraceError, match="not empty"):
-        prepare_directory(tmp_path / "full", "hard", None, "bullet", 0)
+        prepare_directory(tmp_path / "full", about("bullet", 0))

@@ -141,6 +141,9 @@ def _read(file: Path, made_by: dict[str, Any]) -> dict[int, LoggedWay]:
     """Ways by number; one whose line is damaged is left out, and named in a warning."""
     logged: dict[int, LoggedWay] = {}
     faults: dict[int, str] = {}
+    content = file.read_bytes()
+    if not content.endswith(b"\n"):
+        replace_file(file, content[: content.rfind(b"\n") + 1])  # it was stopped in the middle of a line
     lines = numbered(file)
     _, header, fault = next(lines, (1, {}, "it is missing"))
     if fault or header != made_by:
