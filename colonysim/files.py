@@ -25,7 +25,7 @@ MAX_DEPTH = 64
 
 @contextmanager
 def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Iterator[Path]:
-    """A temporary path beside `path`, which takes its place when the block ends well and is removed otherwise.
+    r"""A temporary path beside `path`, which takes its place when the block ends well and is removed otherwise.
 
     Missing parent folders are made.
 
@@ -39,7 +39,7 @@ def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Itera
     Example:
         ```python
         with replacing(Path("table.csv")) as temporary:
-            temporary.write_text("a,b\\n")
+            temporary.write_text("a,b\n")
         ```
     """
     # Two processes that write the same file do not disturb each other: one of them wins, as a whole.
@@ -57,7 +57,7 @@ def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Itera
 
 
 def replace_file(path: Path, content: bytes | str, error: type[ColonysimError] = ColonysimError) -> None:
-    """Writes a whole file in one step, text as UTF-8 with "\\n" at the ends of lines.
+    r"""Writes a whole file in one step, text as UTF-8 with "\n" at the ends of lines.
 
     Raises:
         ColonysimError: It cannot be written.
@@ -79,7 +79,7 @@ def read_file(path: Path, error: type[ColonysimError] = ColonysimError, most: in
     """
     try:
         # Opening a pipe that nobody writes to would wait, so its kind is asked first; and not to wait, if it changes.
-        _check_ordinary(path, os.stat(path).st_mode, error)
+        _check_ordinary(path, path.stat().st_mode, error)
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         try:
             found = os.fstat(handle)

@@ -44,9 +44,9 @@ def command(
     of the run to be opened with `rerun FILE`: place, agents and boxes through time, events, results.
     """
     from colonysim.cli.numbers import read_numbers
+    from colonysim.cli.opening import opened
     from colonysim.errors import TraceError
     from colonysim.trace.export import export
-    from colonysim.cli.opening import opened
 
     chosen = kind or _by_name(out)
     if chosen in ("parquet", "rrd") and out is None:

@@ -41,8 +41,8 @@ def command(
     moves evenly from node to node. No screen is needed.
     """
     from colonysim.cli.extras import need
-    from colonysim.cli.progress import Bar
     from colonysim.cli.opening import opened
+    from colonysim.cli.progress import Bar
 
     for package in ("matplotlib", "PIL", "av"):
         need(package, "video", "a video")

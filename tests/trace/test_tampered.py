@@ -42,7 +42,7 @@ def _try(base: Path, here: Path, number: int) -> Counter[str]:
     rng = random.Random(number)
     told = f"{number}: {base.name}: {tamper(directory, rng)}"
     out.mkdir()
-    os.symlink(base, out / "other")
+    (out / "other").symlink_to(base)
     ended: Counter[str] = Counter()
     for name, read in _readers(number).items():
         signal.alarm(LONGEST)
