@@ -31,7 +31,7 @@ MAX_DEPTH = 64
 
 @contextmanager
 def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Iterator[Path]:
-    """A temporary path beside `path`, which takes its place when the block ends well and is removed otherwise.
+    r"""A temporary path beside `path`, which takes its place when the block ends well and is removed otherwise.
 
     Missing parent folders are made.
 

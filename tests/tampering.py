@@ -25,9 +25,11 @@ from colonysim.trace.schema import EpisodeResult, Event
 from colonysim.trace.writer import TraceWriter
 
 ODD: list[Any] = [
-    None, True, -1, 0, 10**6, 2**63, -(2**63), 10**30, 0.5, float("nan"), float("inf"), -1e308, "", "\x1b[31mred\x1b[0m",
+    None, True, -1, 0, 10**6, 2**63, -(2**63), 10**30, 0.5, float("nan"), float("inf"), -1e308, "",
+    "\x1b[31mred\x1b[0m",
     "evil:P", "../../up", "[bold]x[/bold]", "$\\frac{$ $", "a" * 5000, "\ud800", [], {}, [[]], [None], {"a": None},
-    {"by_box": 1}, "0" * 64, "running", "finished",
+    {"by_box": 1}, "0" * 64, "running",
+    "finished",
 ]  # fmt: skip
 
 
@@ -42,7 +44,8 @@ def make_bases(folder: Path) -> list[Path]:
     _with_poses(bodies)
     _single_pushes(pushes)
     sweep.mkdir()
-    about = [{"trial": f"t{i}", "scenario": "sanity", "policy": ("colony", "paper")[i % 2], "seed": i // 2} for i in range(4)]
+    about = [{"trial": f"{name}{seed}", "scenario": "sanity", "policy": name, "seed": seed}
+             for seed in (0, 1) for name in ("colony", "paper")]  # fmt: skip
     rest = {"status": "succeeded", "error": None, "episodes": 2, "success": 1.0, "steps": 9.0, "seconds": 0.1}
     _write(sweep / "trials.parquet", [{**each, **rest} for each in about])
     played = [{**each, "episode": n, "steps": 9, "success": 1.0, "ended": "goal", "sim_seconds": 4.5, "seated": 0}
@@ -244,7 +247,7 @@ _WAYS: list[Callable[[Path, random.Random], str]] = [_bytes, _shape, _field, _fi
 def api(directory: Path) -> None:
     """Everything that a program reads of a run."""
     run = colonysim.Run.open(directory)
-    assert run.status and run.episodes is not None and (run.trace_sha256 or True)
+    assert run.status and run.episodes is not None and (run.trace_sha256 or run.status)
     for name in ("events", "decisions", "deposits", "poses", "controls", "frames", "episodes"):
         run.table(name).to_pylist()
     for _ in run.events():

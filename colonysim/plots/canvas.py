@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "heading_of",
-    "panels", "plain", "title_of",
+    "named_in", "panels", "plain", "title_of",
 ]  # fmt: skip
 
 # From the Okabe-Ito palette, told apart with any colour vision; agents pink, boxes blue as in the paper.
@@ -151,17 +151,17 @@ def _bounds(points: Iterable[tuple[float, float]], length: float) -> tuple[float
 
 def heading_of(what: str, run: Run) -> str:
     """What a map shows, of which scenario; and how far the run came, if it is not finished."""
-    return " · ".join(word for word in (what, _named(run, "name"), run.shortfall) if word)
+    return " · ".join(word for word in (what, named_in(run, "name"), run.shortfall) if word)
 
 
 def title_of(what: str, run: Run) -> str:
     """What a diagram shows, and of which run; and how far that came, if it is not finished."""
-    name = f"{_named(run, 'name')} {_named(run, 'variant')}".rstrip()
-    words = (what, name, _named(run, "backend"), _named(run, "policy"), f"seed {run.manifest['seed']}", run.shortfall)
+    name = f"{named_in(run, 'name')} {named_in(run, 'variant')}".rstrip()
+    words = (what, name, named_in(run, "backend"), named_in(run, "policy"), f"seed {run.manifest['seed']}", run.shortfall)
     return " · ".join(word for word in words if word)
 
 
-def _named(run: Run, field: str) -> str:
+def named_in(run: Run, field: str) -> str:
     """A name from the manifest, in letters that can be drawn."""
     return "".join(letter if letter.isprintable() else "?" for letter in run.manifest.get(field) or "")[:_LONGEST_NAME]
 

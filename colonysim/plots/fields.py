@@ -48,7 +48,8 @@ def box_figure(run: Run, name: str, box: int, episodes: Sequence[int]) -> Figure
         {start if f.key < 0 else f.key: f.value for f in _frames(run, name, episode) if f.node == box}
         for episode in episodes
     ]
-    title = f"{_TITLES.get(name, f'Pheromone {name}')} of box {box} (starts on node {start}), on the holes it could fill"
+    about = f"of box {box} (starts on node {start}), on the holes it could fill"
+    title = f"{_TITLES.get(name, f'Pheromone {name}')} {about}"
     return _figure(run, episodes, values, title, _LABELS.get(name, "{}({})").format(name, box), box_at=start, shape="s")
 
 

@@ -71,10 +71,12 @@ def waiting_figure(run: Run, episode: int) -> Figure:
     length = {result.episode: result.sim_seconds for result in run.episodes}
     times, counts = _counts(spans(by_episode[episode]), length[episode])
     kept = [i for i, state in enumerate(_STATES) if counts[state].any()]
-    above.stackplot(
-        times, [counts[_STATES[i]] for i in kept], step="post", colors=[_COLOURS[i] for i in kept],
-        labels=[_STATES[i] for i in kept], linewidth=0,
-    )  # fmt: skip
+    # Of an episode in which nothing took any time there is nothing to stack.
+    if kept:
+        above.stackplot(
+            times, [counts[_STATES[i]] for i in kept], step="post", colors=[_COLOURS[i] for i in kept],
+            labels=[_STATES[i] for i in kept], linewidth=0,
+        )  # fmt: skip
     wrong = [event.time for event in by_episode[episode] if event.kind == "end" and event.status != "arrived"]
     if wrong:
         above.plot(wrong, [0] * len(wrong), "|", color=BLOCKED, markersize=9, label="did not arrive", clip_on=False)

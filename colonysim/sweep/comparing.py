@@ -165,7 +165,7 @@ def _rows(path: Path, episodes: tuple[int, int] | None) -> list[dict[str, Any]]:
 def _about(manifest: Mapping[str, Any]) -> dict[str, Any]:
     """The columns of a run, named as those of a trial."""
     options = manifest["options"]
-    about = {"scenario": manifest["name"], **{n: manifest[n] for n in ("variant", "backend", "policy", "mode")}}
+    about = {"scenario": manifest["name"], **{n: manifest.get(n) for n in ("variant", "backend", "policy", "mode")}}
     about |= {f"backend.{name}": value for name, value in sorted(dict(options.get("backend") or {}).items())}
     overrides = options.get("overrides") or {}
     if not isinstance(overrides, dict):

@@ -243,6 +243,8 @@ def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, .
             connection.register(name, table)
         try:
             answer = connection.execute(sql)
+            if answer is None:
+                raise ColonysimError("--sql: holds no query")
             names = [column[0] for column in answer.description or ()]
             again = [name for name, count in Counter(names).items() if count > 1]
             if again:

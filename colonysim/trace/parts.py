@@ -193,11 +193,12 @@ def _check_columns(path: Path, rows: Any, schema: Any) -> None:
         kind = column.type
         if field.type == pa.string() and pa.types.is_dictionary(kind):
             kind = kind.value_type
-            longest = max((len(text) for part in column.chunks for text in part.dictionary.to_pylist() if text), default=0)
+            texts = (text for part in column.chunks for text in part.dictionary.to_pylist())
+            longest = max((len(text or "") for text in texts), default=0)
             if longest > _LONGEST_TEXT:
-                raise TraceError(f"{path}: column {field.name!r}: a text of {longest} characters, at most {_LONGEST_TEXT}")
-        if not (kind == field.type or (pa.types.is_list(kind) and pa.types.is_list(field.type)
-                and kind.value_type == field.type.value_type)):  # fmt: skip
+                raise TraceError(f"{path}: column {field.name!r} holds a text of {longest} characters")
+        lists = pa.types.is_list(kind) and pa.types.is_list(field.type)
+        if kind != field.type and not (lists and kind.value_type == field.type.value_type):
             raise TraceError(f"{path}: column {field.name!r} holds {kind}, expected {field.type}")
         inner = [part.flatten() for part in column.chunks] if pa.types.is_list(kind) else []
         if column.null_count or any(part.null_count for part in inner):

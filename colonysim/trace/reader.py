@@ -89,7 +89,7 @@ class Run:
     @property
     def trace_sha256(self) -> str | None:
         """The hash over all rows, if the run came to its end."""
-        digest = self.manifest["trace_sha256"]
+        digest = self.manifest.get("trace_sha256")
         return None if digest is None else str(digest)
 
     @property
@@ -142,7 +142,8 @@ class Run:
         rows.check(self.manifest["episodes"])
         last = rows.all["episode"][-1].as_py() if rows.all.num_rows else 0
         if last < complete:
-            raise TraceError(f"{self.path / name}: ends with episode {last}, but {complete} are complete; a part is missing")
+            there = f"ends with episode {last}, but {complete} are complete"
+            raise TraceError(f"{self.path / name}: {there}; a part is missing")
         if self.status != "running":
             self._tables[name] = rows
         return rows

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from colonysim.plots.canvas import BOX, GOAL, INK, QUIET
+from colonysim.plots.canvas import BOX, GOAL, INK, QUIET, named_in
 from colonysim.video.motion import by_events, by_poses, leaving
 from colonysim.video.scene import Scene
 from colonysim.view.columns import Columns
@@ -93,9 +93,12 @@ class _Caption:
         axes.axis("off")
         self._agents, self._holes = len(run.scenario.agents), len(run.scenario.holes)
         self._whole = result.sim_seconds
-        axes.text(0.06, 0.94, run.manifest["name"], fontsize=13, weight="bold", color=INK, va="top")
-        quiet = f"{run.manifest['backend']}\n{run.manifest['policy']}\nepisode {result.episode}"
-        axes.text(0.06, 0.86, quiet, fontsize=8, color=INK, va="top", linespacing=1.5)
+        name, backend, policy = (named_in(run, field) for field in ("name", "backend", "policy"))
+        # A name with two dollar signs is a name, no formula.
+        axes.text(0.06, 0.94, name, fontsize=13, weight="bold", color=INK, va="top", parse_math=False)
+        quiet = f"{backend}\n{policy}\nepisode {result.episode}"
+        axes.text(0.06, 0.86, quiet, fontsize=8, color=INK, va="top", linespacing=1.5, parse_math=False)
+        axes.text(0.06, 0.03, run.shortfall, fontsize=6, color="#666666", va="bottom")
         for y, label in ((0.60, f"time (×{pace:.2g})"), (0.42, "at the goal"), (0.24, "holes filled")):
             axes.text(0.06, y, label, fontsize=8, color="#666666", va="bottom")
         self._bars = []

@@ -198,8 +198,9 @@ def test_checkers_worlds_and_the_bench():
 
 def test_the_push(folder):
     pytest.importorskip("pybullet")
-    from colonysim.cli.pushes import PushRecorder
     from colonysim.push.evaluation import evaluate_push
+
+    from colonysim.cli.pushes import PushRecorder
     from colonysim.push.executors import make_executor
 
     each(lambda value: evaluate_push("scripted", episodes=value), "episodes", NO_COUNT)
@@ -218,6 +219,7 @@ def test_trainings(folder):
     pytest.importorskip("torch")
     pytest.importorskip("sklearn")
     from colonysim.push.calibration import train_way_chance
+
     from colonysim.push.feasibility import train_feasibility
     from colonysim.push.training import train_push
 

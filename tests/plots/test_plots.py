@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import json
+import os
 import subprocess
 import sys
 from itertools import combinations, pairwise
@@ -11,8 +13,11 @@ from matplotlib.text import Text
 
 import colonysim
 import colonysim.plots
+import colonysim.view
 from colonysim.errors import ColonysimError, MissingExtraError
-from colonysim.plots import draw
+from colonysim.pheromones.field import Write
+from colonysim.plots import draw, draw_training, is_training
+from colonysim.policies.uniform import Uniform
 from colonysim.trace.schema import Event
 
 MAPS = ("sanity", "easy", "medium", "hard")
@@ -100,6 +105,81 @@ def test_mistakes_are_told_before_anything_is_drawn(runs: dict[str, colonysim.Ru
     assert not out.exists()
     with pytest.raises(ColonysimError, match="kept no trace"):
         draw(colonysim.run("sanity", episodes=1, trace=False))
+
+
+class _Scent:
+    """A field of somebody else: by node, by node and hole, or by box."""
+
+    def __init__(self, name: str, by_box: bool, key: int) -> None:
+        self.name, self.by_box, self._key = name, by_box, key
+
+    def at(self, node: int, key: int = -1) -> float:
+        return 0.0
+
+    def keys(self, node: int) -> tuple[int, ...]:
+        return ()
+
+    def deposit(self, visit: Any) -> tuple[()]:
+        return ()
+
+    def end_episode(self) -> None:
+        pass
+
+    def frame(self) -> list[Any]:
+        return [Write(0, self._key, 1.5), Write(1, self._key, float("inf"))]
+
+    def load(self, frame: Any) -> None:
+        pass
+
+
+class _Scented(Uniform):
+    def fields(self, world: Any) -> dict[str, Any]:
+        kinds = (("scent", False, -1), ("../up", False, 0), ("load", True, -1))
+        return {name: _Scent(name, by_box, key) for name, by_box, key in kinds}
+
+
+def test_what_a_run_has_is_drawn_and_fields_of_others_too(tmp_path: Path) -> None:
+    others = {"map.png", "trajectories.png", "episodes.png", "waiting.png", "workload.png", "fates.png"}
+    markless = colonysim.run("sanity", policy="random", episodes=1, out=tmp_path / "markless")
+    assert {image.name for image in draw(markless)} == others
+    with pytest.raises(ColonysimError, match="cannot draw 'D'"):
+        draw(markless, what=["D"])
+    scented = colonysim.run("sanity", policy=_Scented, episodes=1, out=tmp_path / "scented")
+    assert scented.manifest["fields"] == {"scent": {"by_box": False}, "../up": {"by_box": False}, "load": {"by_box": True}}
+    drawn = {"scent.png", "..%2Fup-hole3.png", "..%2Fup-hole7.png", "load-box0.png", "load-box1.png"}
+    assert {image.name for image in draw(scented)} == others | drawn
+    assert not list(tmp_path.glob("*.png"))
+    colonysim.view.write_page(scented, tmp_path / "view.html")
+
+
+def test_a_training_whose_files_are_wrong_is_told_by_field(tmp_path: Path) -> None:
+    test = {"episodes": 20, "success": 0.5, "reward": -3.0, "by_kind": {"flat": 0.5}}
+    card = {"how": {"peak_episode": 20, "seed": 1, "config": {"name": "paper", "test_block": 20}}}
+    results = {"split": "s", **{part: {"n": 1, "brier": 0.1, "curve": [
+        {"n": 1, "chance": 0.5, "success": 0.4, "success_low": 0.1, "success_high": 0.9}]} for part in ("pushes", "ways")}}
+    tries: list[tuple[dict[str, Any], str]] = [
+        ({"history.json": [test]}, ""), ({"history.json": [test], "push.json": card}, ""), ({"history.json": {}}, "a list"),
+        ({"history.json": [{**test, "success": None}]}, r"history\.json: 0\.success"), ({"history.json": [7]}, "0.episodes"),
+        ({"history.json": [{**test, "by_kind": []}]}, "by_kind"), ({"history.json": [{**test, "reward": 1e300}]}, "reward"),
+        ({"history.json": [test], "push.json": {"how": []}}, r"push\.json: how\.peak_episode"),
+        ({"ways.jsonl": 0, "way.json": {"results": results}}, ""), ({"ways.jsonl": 0, "way.json": []}, r"results\.split"),
+        ({"ways.jsonl": 0, "way.json": {"results": results | {"ways": {"curve": [{}]}}}}, r"ways\.curve\.0\.chance"),
+        ({"ways.jsonl": 0}, "not fitted yet"), ({"history.json": []}, "no test"),
+    ]  # fmt: skip
+    for number, (files, said) in enumerate(tries):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        for name, content in files.items():
+            (folder / name).write_text(json.dumps(content))
+        assert is_training(folder)
+        if not said:
+            assert draw_training(folder)[0].stat().st_size > 1000
+            continue
+        with pytest.raises(ColonysimError, match=said):
+            draw_training(folder)
+    os.mkfifo(tmp_path / "0/push.json")
+    with pytest.raises(ColonysimError, match=r"push\.json: is a pipe"):
+        draw_training(tmp_path / "0")
 
 
 def test_without_matplotlib_the_command_to_install_it_is_named(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import resource
 import signal
 import subprocess
@@ -279,6 +280,45 @@ def test_results_on_the_command_line(uninterrupted, tmp_path):
     assert {line["policy.beta"] for line in json.loads(shown("--json"))} == {2, 4}
     pytest.importorskip("duckdb")
     assert json.loads(shown("--json", "--sql", "SELECT count(*) AS n FROM episodes")) == [{"n": 80}]
-    for wrong in (["--sql", "SELEC"], ["--sql", f"SELECT * FROM '{whole}/trials.parquet'"], ["--episodes", "x"]):
+    odd = "SELECT 1.50::DECIMAL(5,2) AS d, DATE '2026-01-02' AS day, 'nan'::DOUBLE AS n, [1.5::DECIMAL(3,1)] AS l, 12::DECIMAL AS w"
+    assert json.loads(shown("--json", "--sql", odd)) == [{"d": 1.5, "day": "2026-01-02", "n": None, "l": [1.5], "w": 12}]
+    for wrong in (
+        ["--sql", "SELEC"], ["--sql", f"SELECT * FROM '{whole}/trials.parquet'"], ["--episodes", "x"],
+        ["--episodes", "\u00b2"], ["--episodes", "3-1"], ["--episodes", "9" * 5000], ["--episodes", "-"],
+        ["--sql", "SELECT 1 AS a, 2 AS a", "--json"], ["--sql", ""],
+    ):  # fmt: skip
+        answer = CliRunner().invoke(app, ["results", str(whole), *wrong])
+        assert answer.exit_code == 2 and answer.stderr.startswith("Error: ") and answer.stderr.count("\n") == 1, wrong
         assert CliRunner().invoke(app, ["results", str(whole), *wrong]).exit_code == 2
     assert CliRunner().invoke(app, ["results", str(tmp_path)]).exit_code == 2
+
+
+def test_tables_that_are_not_what_they_should_be_are_told_by_file_and_column(uninterrupted, tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from colonysim.sweep.comparing import compare
+
+    _, whole = uninterrupted
+    trials, episodes = (pq.read_table(whole / f"{name}.parquet") for name in ("trials", "episodes"))
+    for number, (name, table, said) in enumerate([
+        ("trials", trials.drop_columns(["status"]), r"trials\.parquet: column 'status' is missing"),
+        ("trials", trials.set_column(0, "trial", pa.array(range(len(trials)))), "column 'trial' holds int64"),
+        ("trials", trials.append_column("x", pa.array([{"a": 1}] * len(trials))), "column 'x' holds struct"),
+        ("episodes", episodes.drop_columns(["steps"]), r"episodes\.parquet: column 'steps' is missing"),
+        ("episodes", episodes.slice(1), r"holds 1 episodes of the trial .*tells of 2"),
+        ("episodes", episodes.set_column(episodes.column_names.index("success"), "success",
+                                         pa.array([float("nan")] * len(episodes))), "column 'success'.*no finite"),
+    ]):  # fmt: skip
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        for each, kept in (("trials", trials), ("episodes", episodes)):
+            pq.write_table(table if each == name else kept, folder / f"{each}.parquet")
+        for words in (["results"], ["compare", "--by", "source", str(whole)]):
+            answer = CliRunner().invoke(app, [*words, str(folder)])
+            assert answer.exit_code == 2 and re.search(said, answer.stderr), (said, answer.output)
+        with pytest.raises(ColonysimError, match=said):
+            compare([folder])
+    os.mkfifo(tmp_path / "trials.parquet")
+    answer = CliRunner().invoke(app, ["results", str(tmp_path)])
+    assert answer.exit_code == 2 and "trials.parquet: is a pipe" in answer.stderr

@@ -1,11 +1,17 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 from pathlib import Path
+from typing import Any
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
-from recorded_runs import record, rows
+from recorded_runs import manifest, record, rows
 
+import colonysim
 from colonysim.errors import TraceError
 from colonysim.trace.manifest import prepare_directory
 from colonysim.trace.reader import Run
@@ -82,6 +88,193 @@ def test_a_changed_trace_is_found_out(path: Path) -> None:
     parts = sorted((path / "events").iterdir())
     parts[1].write_bytes(parts[0].read_bytes())
     assert not run.verify()
+
+
+def test_a_run_does_not_move_with_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+    monkeypatch.chdir(tmp_path / "one")
+    made = colonysim.run("sanity", seed=1, episodes=2)
+    opened = Run.open("runs/sanity-nodeworld-s1-1")
+    monkeypatch.chdir(tmp_path / "two")
+    assert made.path == opened.path == tmp_path / "one/runs/sanity-nodeworld-s1-1"
+    assert len(opened.episodes) == 2 and list(opened.events()) == list(made.events()) != []
+    opened.path.rename(tmp_path / "two/elsewhere")
+    with pytest.raises(TraceError, match="no such run directory; it was there"):
+        opened.table("deposits")
+    assert Run.open("elsewhere").table("deposits").num_rows > 0
+
+
+def test_a_missing_table_or_part_is_named_with_what_the_manifest_counts(path: Path) -> None:
+    shutil.rmtree(path / "deposits")
+    last = sorted((path / "events").iterdir())[-1]
+    last.unlink()
+    run = Run.open(path)
+    with pytest.raises(TraceError, match="deposits: is missing, the manifest counts 120"):
+        run.table("deposits")
+    with pytest.raises(TraceError, match=r"events: holds \d+ rows, the manifest counts 120"):
+        run.table("events")
+    assert len(run.episodes) == 3
+    shutil.copytree(path / "frames", path / "poses")
+    with pytest.raises(TraceError, match="poses"):  # there never was any
+        run.table("poses")
+    with pytest.raises(TraceError, match="part of the run is not there"):
+        run.verify()
+
+
+def test_a_dropped_table_is_none_and_a_run_under_way_is_read_as_far_as_it_came(tmp_path: Path) -> None:
+    run = colonysim.run("sanity", episodes=1, decisions=False, out=tmp_path / "dropped")
+    assert run.path is not None and Run.open(run.path).table("decisions").num_rows == 0 and run.verify()
+    writer = record(tmp_path / "killed", rows(2), rows_per_part=25)
+    writer.flush()
+    killed = Run.open(tmp_path / "killed")
+    assert killed.shortfall == "running or killed after 2 of 3 episodes" and len(list(killed.events())) == 80
+    for episode in rows(3)[len(rows(2)) :]:
+        writer.write(*episode)
+    writer.flush()
+    assert len(list(killed.events())) == 120, "what has come since is read too"
+    for part in sorted((tmp_path / "killed/events").iterdir())[1:]:
+        part.unlink()
+    with pytest.raises(TraceError, match="events: ends with episode 1, but 3 are complete"):
+        list(killed.events())
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"seed": None}, "seed: is None, expected a whole number"),
+        ({"seed": 10**50}, "fewer than 40 digits"),
+        ({"name": 3}, "name: is 3, expected a text"),
+        ({"episodes": -1}, "episodes: is -1"),
+        ({"status": "done"}, "status: is 'done', expected one of running, finished"),
+        ({"rows": {"events": 1.5}}, r"rows\.events: is 1.5|rows: a run that is finished"),
+        ({"rows": {"evnts": 1, "episodes": 3}}, r"rows\.evnts: no such table"),
+        ({"rows": {}}, "rows: a run that is finished has its rows counted"),
+        ({"trace_sha256": "x"}, "trace_sha256: is 'x', expected 64"),
+        ({"options": []}, "options: is list, expected a mapping"),
+        ({"versions": {"a": 1}}, r"versions\.a: is 1, expected a text"),
+        ({"fields": {"D": {}}}, r"fields\.D\.by_box: is None, expected true or false"),
+        ({"scenario": "hard"}, "scenario: is 'hard', expected a mapping"),
+        ({"evaluation": {"executor": "rl", "robot_size": [1]}}, r"evaluation\.robot_size: is list, expected 2 numbers"),
+        ({"name": "\ud800"}, "name: holds half of a surrogate pair"),
+        ({"deep": json.loads("[" * 80 + "]" * 80)}, "nested deeper than 64"),
+        ({"name": "a" * 2000}, "at most 1000 characters"),
+        ({"x": float("nan")}, "NaN is no finite number"),
+    ],
+)
+def test_a_field_of_the_manifest_that_is_wrong_is_named(path: Path, change: dict[str, Any], said: str) -> None:
+    file = path / "manifest.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    with pytest.raises(TraceError, match=rf"manifest\.json: .*({said})"):
+        Run.open(path)
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "loop", "device", "bytes", "huge", "deep"])
+def test_what_is_no_file_is_not_waited_for(path: Path, kind: str) -> None:
+    for file in (path / "manifest.json", path / "events/part-00001.parquet"):
+        file.unlink()
+        if kind == "pipe":
+            os.mkfifo(file)
+        elif kind == "folder":
+            file.mkdir()
+        elif kind == "loop":
+            file.symlink_to(file.name)
+        elif kind == "device":
+            file.symlink_to("/dev/zero")
+        elif kind == "huge":
+            with file.open("wb") as sparse:
+                sparse.truncate(2**40)
+        else:
+            file.write_bytes(b"\xff\xfe" if kind == "bytes" else b"[" * 10**6)
+    with pytest.raises(TraceError, match=r"manifest\.json: (is a|cannot be read|holds)"):
+        Run.open(path)
+    with pytest.raises(TraceError, match=r"part-00001\.parquet: (is a|cannot be read|holds|damaged)"):
+        Run(path, manifest()).table("events")
+
+
+@pytest.mark.parametrize(
+    ("table", "column", "value", "said"),
+    [
+        ("events", "episode", 9, "is 9, expected 1 to 3"),
+        ("events", "episode", 1, "no number smaller"),
+        ("events", "time", float("nan"), "is nan, expected 0 to"),
+        ("events", "time", -1.0, "is -1.0"),
+        ("events", "time", 0.0, "no moment before|is"),
+        ("events", "node", 2**60, "expected -1 to"),
+        ("events", "agent", None, "holds nulls"),
+        ("decisions", "targets", [1, 2, 3, 4, 5], "as many values as targets"),
+        ("decisions", "probabilities", [float("inf")], "is|as many"),
+        ("episodes", "success", 1.5, "expected 0 to 1"),
+        ("frames", "field", "a" * 5000, "a text of 5000 characters"),
+    ],
+)
+def test_a_value_that_cannot_be_is_named_by_file_and_column(
+    tmp_path: Path, table: str, column: str, value: Any, said: str
+) -> None:
+    record(tmp_path / "run", rows()).finish("finished")
+    part = tmp_path / "run" / table / "part-00000.parquet"
+    found = pq.read_table(part)
+    values = found[column].to_pylist()
+    values[-1] = value
+    at = found.column_names.index(column)
+    pq.write_table(found.set_column(at, column, pa.array(values, type=found[column].type)), part, store_schema=False)
+    with pytest.raises(TraceError, match=rf"{table}/part-00000\.parquet: column .*({said})"):
+        Run.open(tmp_path / "run").table(table)  # type: ignore[arg-type]
+
+
+def test_a_column_of_another_type_or_none_is_named(path: Path) -> None:
+    part = path / "frames/part-00000.parquet"
+    found = pq.read_table(part)
+    for other, said in (
+        (found.drop_columns(["value"]), "has no column 'value'"),
+        (found.set_column(2, "node", pa.array(["1"] * len(found))), "column 'node' holds string, expected int64"),
+        (found.set_column(2, "node", pa.array([1.0] * len(found))), "column 'node' holds double"),
+    ):
+        pq.write_table(other, part, store_schema=False)
+        with pytest.raises(TraceError, match=rf"part-00000\.parquet: .*{said}"):
+            Run.open(path).table("frames")
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [("node", 77, "a node of the scenario"), ("agent", 50, "-1 to"), ("box", 50, "-1 to"), ("hole", 0, "of a hole"),
+     ("now_at", -1, "expected a node")],
+)  # fmt: skip
+def test_a_place_that_the_scenario_does_not_have_is_named(tmp_path: Path, column: str, value: int, said: str) -> None:
+    colonysim.run("sanity", episodes=1, out=tmp_path / "run").check_places()
+    part = tmp_path / "run/events/part-00000.parquet"
+    found = pq.read_table(part)
+    values = found[column].to_pylist()
+    values[found["kind"].to_pylist().index("end")] = value
+    at = found.column_names.index(column)
+    pq.write_table(found.set_column(at, column, pa.array(values)), part, store_schema=False)
+    run = Run.open(tmp_path / "run")
+    assert list(run.events()), "it can be read"
+    with pytest.raises(TraceError, match=rf"part-00000\.parquet: column '{column}', row \d+: .*{said}"):
+        run.check_places()
+
+
+def test_a_part_that_claims_more_than_it_can_hold_takes_no_memory(path: Path) -> None:
+    part = path / "frames/part-00000.parquet"
+    columns = {"episode": 1, "field": "D", "node": 1, "key": -1, "value": 0.5}
+    many = pa.table({name: pa.array([value]).take(pa.array([0] * 5_000_000)) for name, value in columns.items()})
+    pq.write_table(many, part)
+    assert part.stat().st_size < 100_000
+    with pytest.raises(TraceError, match=r"part-00000\.parquet: (holds 5000000 rows|damaged part, it claims)"):
+        Run.open(path).table("frames")
+    with pytest.raises(TraceError, match=r"part-00000\.parquet: damaged part, it claims"):
+        Run(path, manifest()).table("frames")
+
+
+def test_a_byte_that_changed_in_a_part_is_found_out(path: Path) -> None:
+    part = path / "frames/part-00000.parquet"
+    content = bytearray(part.read_bytes())
+    for at in range(40, len(content) // 2, 97):
+        content[at] ^= 1
+        part.write_bytes(content)
+        with pytest.raises(TraceError):
+            Run.open(path).table("frames")
+        content[at] ^= 1
 
 
 def test_unknown_tables_are_answered_with_the_known_ones(path: Path) -> None:
