@@ -41,7 +41,8 @@ class Backend(Protocol):
     """Makes intents happen.
 
     A backend reads the world and never writes it: all that it did is in the outcome. One action per agent is under
-    way at a time. Whatever goes wrong is an outcome with a reason, never an exception and never a hang.
+    way at a time. Whatever goes wrong is an outcome with a reason, never an exception and never a hang: one that is
+    pending for longer than a hundred times its edge should take, and than the scenario's `stall_seconds`, is given up.
 
     Attributes:
         name: As results and traces call it.

@@ -40,7 +40,7 @@ class Wait:
 
     Attributes:
         nodes: Nodes whose change wakes the agent.
-        seconds: Longest wait in simulated seconds; None to wait for a change only.
+        seconds: Longest wait in simulated seconds, above 0; None to wait for a change only.
         clear: A node whose occupant is asked to make way, or -1.
     """
 

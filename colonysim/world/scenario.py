@@ -78,7 +78,8 @@ class Scenario:
         max_steps: Steps an agent may begin in an episode.
         episodes: Episodes of a run unless the caller says otherwise.
         mode: "asynchronous" or "synchronous".
-        stall_seconds: Simulated seconds without any outcome after which an episode ends as deadlock.
+        stall_seconds: Simulated seconds without any outcome, and with no action under way, after which an episode
+            ends as deadlock.
         time_limit: Simulated seconds after which an episode ends as timeout; None for no limit.
         reach: Two surfaces that differ by less than this are level (paper Section 3.3).
         timing: Durations for backends without a clock.
