@@ -23,12 +23,14 @@ from urllib.parse import urlsplit
 
 import pytest
 from chromium import errors, requests, until
+from typer.testing import CliRunner
 from test_page import ask, click, press, text
 
 import colonysim
+from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.trace import writer
-from colonysim.view import feed
+from colonysim.view import feed, server
 from colonysim.view.content import gather
 from colonysim.view.live import Live
 from colonysim.view.packing import unpack
@@ -295,6 +297,97 @@ def test_a_thousand_malformed_requests_change_nothing(live: Live, tmp_path: Path
     until(lambda: get(live, f"/?{place.query}")[0] == 200)
     assert sum(len(columns.get("events.time", ())) for _, columns in rows(live)) == run.table("events").num_rows
     assert "Traceback" not in "".join(capfd.readouterr())
+    assert live.trouble == ""
+
+
+def test_strangers_who_keep_connections_open_shut_nobody_out(live: Live) -> None:
+    """They connect and send nothing, or a byte now and then, and come back as soon as they are sent away."""
+    colonysim.run("sanity", seed=10, episodes=1, trace=False, tap=live, on_start=live.begin)
+    place = urlsplit(live.address)
+    over = threading.Event()
+
+    def linger(number: int) -> None:
+        while not over.is_set():
+            with socket.create_connection((place.hostname, place.port), timeout=10) as slow:
+                try:
+                    for byte in f"GET /?{place.query[:-1]} HTTP/1.1\r\nX: {'y' * 500}".encode():
+                        if over.wait(0.1):
+                            return
+                        if number % 2:
+                            slow.sendall(bytes([byte]))
+                except OSError:
+                    continue  # sent away
+
+    crowd = [threading.Thread(target=linger, args=(number,), daemon=True) for number in range(100)]
+    for one in crowd:
+        one.start()
+    time.sleep(0.5)
+    for _ in range(30):
+        begun = time.monotonic()
+        assert get(live, f"/?{place.query}")[0] == 200
+        assert get(live, f"/rows?from=0&{place.query}")[0] == 200
+        assert time.monotonic() - begun < 5.0
+        time.sleep(0.05)
+    answering = [thread for thread in threading.enumerate() if "process_request_thread" in thread.name]
+    assert len(answering) < 100
+    over.set()
+
+
+def test_a_request_has_to_come_in_quickly(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "_HURRY", 0.3)
+    place = urlsplit(live.address)
+    with socket.create_connection((place.hostname, place.port), timeout=10) as slow:
+        begun = time.monotonic()
+        with pytest.raises(OSError, match="."):
+            while time.monotonic() - begun < 10.0:
+                slow.sendall(b"G")
+                time.sleep(0.05)
+        assert time.monotonic() - begun < 5.0
+
+
+def test_a_page_that_cannot_go_on_says_so_and_the_run_goes_on(
+    browser: Any, live: Live, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    real = feed.add_rows
+
+    def fail_later(block: Any, scenario: Any, table: Any, episodes: list[int], *rest: Any) -> None:
+        if episodes[0] > 1:
+            raise KeyError("something that nobody thought of")
+        real(block, scenario, table, episodes, *rest)
+
+    monkeypatch.setattr(feed, "add_rows", fail_later)
+    run = colonysim.run(
+        "hard", seed=10, episodes=3, out=tmp_path / "run", tap=live, on_start=live.begin,
+        on_event=lambda event, _: time.sleep(0.002),
+    )  # fmt: skip
+    live.end()
+    assert run.status == "finished" and run.verify()
+    assert live.trouble == "KeyError: 'something that nobody thought of'"
+    head, _ = rows(live)[-1]
+    assert head["trouble"] == live.trouble
+    browser.get(live.address)
+    until(lambda: "cannot be shown any further: KeyError" in text(browser, "#state"))
+
+
+def test_the_command_tells_of_a_page_that_could_not_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: Any) -> None:
+        raise RuntimeError("no rows today")
+
+    monkeypatch.setattr(feed, "add_rows", fail)
+    done = CliRunner().invoke(app, ["run", "sanity", "-n", "1", "--no-trace", "--live", "--no-open", "--pace", "0"])
+    assert done.exit_code == 1 and "Error: the run went on, but its page did not: RuntimeError: no rows" in done.output
+
+
+def test_large_numbers_of_nodes_and_long_times_under_way(browser: Any, live: Live, large: Path, tmp_path: Path) -> None:
+    run = colonysim.run(large, episodes=2, out=tmp_path / "run", tap=live, on_start=live.begin)
+    live.end()
+    browser.get(live.address)
+    until(lambda: browser.execute_script("return window.colonysim?.run.status === 'finished'"))
+    assert live.trouble == ""
+    _, columns = unpack(gather(run).compressed())
+    for name in ("events.time", "events.took", "decisions.time", "deposits.time", "nodes.id"):
+        assert ask(browser, f"return [...page.run.{name}]") == columns[name].tolist(), name
+    assert errors(browser) == []
 
 
 def test_the_oldest_blocks_go_when_there_are_too_many(monkeypatch: pytest.MonkeyPatch, live: Live) -> None:
