@@ -384,8 +384,8 @@ class Stigmergy:
     def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
         """Weighs B of the nearest box against D of the neighbours.
 
-        Who looks on passes over a box that can go to no hole, another one being in its way, for the next nearest; with
-        none within reach, for those to which it comes by stepping past others.
+        Who sees a hole that is not full looks on: passes over a box that can go to none, another one being in its way,
+        for the next nearest; with none within reach, for those to which it comes by stepping past others.
         """
         # With no hole in sight only a box at hand, whose holes can be smelt, or one that is sought has any targets.
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
@@ -405,7 +405,7 @@ class Stigmergy:
                 break
             else:
                 past = True
-            if not self._look_on:
+            if not self._look_on or not view.open_hole_in_sight():
                 break
             box = view.find_box(memory.shunned, self._goal, useless, past)
         if not found:

@@ -62,6 +62,8 @@ cdef class LocalView:
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
     cpdef bint hole_in_sight(self) except? -1
+    @cython.locals(world=World, sight=Sight, reach=double, near=int, k=int, hole=int)
+    cpdef bint open_hole_in_sight(self) except? -1
     @cython.locals(sight=Sight, count=int, near=int, k=int, hole=int)
     cpdef int holes_into(self, int[::1] found, int centre) except -1
     cpdef int hole_node(self, int hole) except? -1

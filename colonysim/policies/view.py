@@ -352,6 +352,17 @@ class LocalView:
             return False
         return self._world.sight().look_for_holes(self.node) > 0
 
+    def open_hole_in_sight(self) -> bool:
+        """Whether the surface in a hole within R lies below its rim, so far that nobody can cross it."""
+        world = self._world
+        sight, reach = world.sight(), world._reach
+        near = sight.look_for_holes(self.node)
+        for k in range(sight.holes_at, sight.holes_at + near):
+            hole = sight.hole_keys[k]
+            if world._rims[hole] - world._heights[world._hole_nodes[hole]] >= reach:
+                return True
+        return False
+
     def holes_into(self, found: array[int], centre: int) -> int:
         """Writes those of `holes` into `found` that lie within R of a visible node too; returns how many there are."""
         self._look_at(centre)

@@ -45,7 +45,7 @@ cdef class Sight:
     cdef bint follows(self, double level, int way) noexcept
 
     @cython.locals(
-        search="long long", top="int[::1]", wanted="long long[::1]", some=cython.bint, k=int, at=int, box=int, claim=int, reach=double, queue="int[::1]", room=int, head=int, tail=int,
+        search="long long", top="int[::1]", wanted="long long[::1]", left=int, k=int, at=int, box=int, claim=int, reach=double, queue="int[::1]", room=int, head=int, tail=int,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, way=int, j=int, through=double, step=int,
     )
     cpdef int nearest_box(
@@ -54,7 +54,7 @@ cdef class Sight:
     @cython.locals(box=int, claim=int, reach=double)
     cdef bint takes(self, int agent, double level, int way) except? -1
     @cython.locals(base=double, reach=double, way=int, i=int, here=double)
-    cdef bint graspable(self, int at, int node, double level) noexcept
+    cdef bint graspable(self, int at, int node, double level, bint past) noexcept
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
     @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)

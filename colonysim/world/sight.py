@@ -234,20 +234,23 @@ class Sight:
         """
         self.turn(node)
         self.search += 1
-        search, top, wanted, some = self.search, self.top, self.wanted, False
+        search, top, wanted, left = self.search, self.top, self.wanted, 0
         for k in range(self.at, self.at + self.within):
             at = self.near[k]
             box = top[at]
             if box >= 0 and box != shunned:
                 claim = self.box_claim[box]
-                if (claim == -1 or claim == agent) and (at == node or past or self.graspable(at, node, level)):
+                if (claim == -1 or claim == agent) and (at == node or self.graspable(at, node, level, past)):
                     wanted[at] = search
-                    some = True
-        if not some:
-            return -1
+                    left += 1
         for box in others:
             if 0 <= box < len(self.box_node) and top[self.box_node[box]] == box:
-                wanted[self.box_node[box]] = 0
+                at = self.box_node[box]
+                if wanted[at] == search:
+                    wanted[at] = 0
+                    left -= 1
+        if left == 0:
+            return -1
         reach = self.reach
         if wanted[node] == search and -reach < self.box_base[top[node]] - level < reach:
             self.step = node
@@ -308,13 +311,18 @@ class Sight:
             return False
         return -reach < self.box_base[box] - level - self.rises[way] < reach
 
-    def graspable(self, at: int, node: int, level: float) -> bool:
-        """Whether the box on top of `at` is level with a neighbouring node: one that has sunk into a hole is not."""
+    def graspable(self, at: int, node: int, level: float, past: bool) -> bool:
+        """Whether the box on top of `at` is level with a neighbouring node: one that has sunk into a hole is not.
+
+        With `past` it may be level with a box there instead.
+        """
         base, reach = self.box_base[self.top[at]], self.reach
         for way in range(self.first[at], self.first[at + 1]):
             i = self.ends[way]
             here = level if i == node else self.surface[i]
             if -reach < base - here + self.rises[way] < reach:
+                return True
+            if past and self.top[i] >= 0 and -reach < base - self.box_base[self.top[i]] + self.rises[way] < reach:
                 return True
         return False
 
