@@ -7,8 +7,9 @@ import sys
 from contextlib import contextmanager
 
 import pytest
+import typer
+from click.testing import CliRunner
 from mutations import mutations
-from typer.testing import CliRunner
 
 from colonysim.cli import app
 
@@ -20,6 +21,10 @@ RUNS = {
     "nodeworld": ["--episodes", "1", "--set", "max_steps=30"],
     "bullet": ["--episodes", "1", "--set", "max_steps=3", "--set", "time_limit=60"],
 }
+
+
+COMMAND = typer.main.get_command(app)
+"""Made once: that takes longer than to check a scenario."""
 
 
 class TookTooLongError(BaseException):
@@ -47,7 +52,7 @@ def within(seconds):
 def told(arguments, seconds=SECONDS):
     """Exit code and standard error of a command, which is either done or refused with one message."""
     with within(seconds):
-        result = CliRunner().invoke(app, arguments)
+        result = CliRunner().invoke(COMMAND, arguments)
     assert isinstance(result.exception, SystemExit | None), (arguments, result.exception)
     messages = [line for line in result.stderr.splitlines() if line and not line.startswith("Warning: ")]
     if result.exit_code:
