@@ -79,7 +79,7 @@ def read_file(path: Path, error: type[ColonysimError] = ColonysimError, most: in
     """
     try:
         # Opening a pipe that nobody writes to would wait, so its kind is asked first; and not to wait, if it changes.
-        _check_ordinary(path, os.stat(path).st_mode, error)
+        _check_ordinary(path, path.stat().st_mode, error)
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         try:
             found = os.fstat(handle)

@@ -67,7 +67,7 @@ class Columns:
         wrong = np.flatnonzero(~(np.abs(times) <= _MOST))
         if len(wrong):
             raise TraceError(f"{name}: {times[wrong[0]] / 1000:g} s, expected at most {_MOST / 1000:.0f} s")
-        return times.astype(np.int64)
+        return np.asarray(times, dtype=np.int64)
 
     def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
         """A column of texts: the different ones, and for each row which."""
