@@ -9,12 +9,18 @@ of other seeds (below 1000) than it is judged with.
 
 from __future__ import annotations
 
+import argparse
+import json
 import random
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from colonysim import scenario_from_document, simulate
 from colonysim.errors import ColonysimError
+from colonysim.files import replace_file
+from colonysim.intervals import wilson
 from colonysim.testing.worlds import random_document
 
 BOX = 0.35

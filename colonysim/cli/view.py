@@ -28,7 +28,8 @@ def command(
         ),
     ] = None,
     episodes: Annotated[
-        str | None, typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all, or the last that make 20 MB")
+        str | None,
+        typer.Option("--episodes", help="Which, such as 1,3,10.", show_default="all, or the last that make 20 MB"),
     ] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Write the page; do not open it.")] = False,
 ) -> None:

@@ -47,7 +47,7 @@ _DAMAGED = (
     struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 """What reading bytes that are no `.npz` may end with."""
-_FIELDS: dict[str, type] = {"sha256": str, "arrays": dict}
+_FIELDS: dict[str, tuple[type, str]] = {"sha256": (str, "a text"), "arrays": (dict, "an object")}
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 
@@ -122,9 +122,8 @@ def _read_card(file: Path, kind: str) -> dict[str, Any]:
     if card.get("format") != FORMAT or card.get("kind") != kind:
         shown = f"{card.get('kind')!r:.80} of format {card.get('format')!r:.80}"
         raise ModelError(f"{file}: expected a {kind!r} of format {FORMAT}, found {shown}")
-    for name, wanted in _FIELDS.items():
+    for name, (wanted, expected) in _FIELDS.items():
         if not isinstance(card.get(name), wanted):
-            expected = "a text" if wanted is str else "an object"
             raise ModelError(f"{file}: {name}: is {card.get(name)!r:.80}, expected {expected}")
     return card
 

@@ -42,7 +42,8 @@ def load_way_chance(source: str | Path = "way") -> WayChance:
     """
     model = load_model(source, "logistic")
     if model.card.get("features") != list(Features._fields):
-        raise ModelError(f"{model.file}: features: fitted to other features than {', '.join(Features._fields)}; fit it again")
+        names = ", ".join(Features._fields)
+        raise ModelError(f"{model.file}: features: fitted to other features than {names}; fit it again")
     weights, bias = model.arrays.get("weights"), model.arrays.get("bias")
     if weights is None or bias is None or weights.shape != (len(Features._fields),) or bias.shape != (1,):
         raise ModelError(f"{model.file}: arrays: expected {len(Features._fields)} weights and a bias")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from colonysim.errors import TraceError
 from colonysim.trace.checks import coded
@@ -69,8 +68,7 @@ class Columns:
         wrong = np.flatnonzero(~(np.abs(times) <= _MOST))
         if len(wrong):
             raise TraceError(f"{name}: {times[wrong[0]] / 1000:g} s, expected at most {_MOST / 1000:.0f} s")
-        exact: npt.NDArray[np.int64] = times.astype(np.int64)
-        return exact
+        return np.asarray(times, dtype=np.int64)
 
     def words(self, name: str) -> tuple[list[str], NDArray[np.int64]]:
         """A column of texts: the different ones, and for each row which."""

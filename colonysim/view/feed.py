@@ -144,7 +144,7 @@ class Feed:
         except Exception as error:  # whatever it is: nobody else would hear of it, and the run must not end by it
             self.trouble = f"{type(error).__name__}: {error}"
             return [_last("running", None, self.trouble)], True
-        return (blocks + [_last(self._run.status, self._run.trace_sha256)] if over else blocks), over
+        return ([*blocks, _last(self._run.status, self._run.trace_sha256)] if over else blocks), over
 
     def _pack(self, pieces: Sequence[_Piece]) -> list[bytes]:
         import pyarrow as pa

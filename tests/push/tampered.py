@@ -24,7 +24,8 @@ from colonysim.push.cards import load_model
 
 MODELS = {"push": "q-network", "feasibility": "forest", "way": "logistic"}
 _ODD: list[Any] = [
-    None, True, False, -1, 0, 1.5, 10**30, "", "x" * 5000, [], {}, [[]], [None], {"a": {}}, 2**63, "\u202e", [10**9] * 3,
+    None, True, False, -1, 0, 1.5, 10**30, "", "x" * 5000, [], {}, [[]], [None], {"a": {}}, 2**63, "\u202e",
+    [10**9] * 3,
 ]  # fmt: skip
 
 
@@ -68,7 +69,8 @@ def tampered(seed: int, folder: Path) -> tuple[str, Path]:
             wide.flat[0] = chance.choice([np.nan, np.inf, -np.inf, 1e300, -1e300, 3e38, -1.0, 2.0])
         arrays[which] = wide
     elif way == 4:  # another shape, told or not
-        arrays[which] = chance.choice([arrays[which][:-1], arrays[which][None], np.zeros(0), np.zeros((0, 3)), np.float64(1.0)])
+        old = arrays[which]
+        arrays[which] = chance.choice([old[:-1], old[None], np.zeros(0), np.zeros((0, 3)), np.float64(1.0)])
         if chance.random() < 0.5:
             told["arrays"][which] = list(np.shape(arrays[which]))
     elif way == 5:  # another type
@@ -83,9 +85,11 @@ def tampered(seed: int, folder: Path) -> tuple[str, Path]:
     elif way == 8:  # claims what is not there
         shape = chance.choice([(10**12,), (2**40, 2**40), (0, 10**30), (-5,), (10**6,)])
         told["arrays"] = {which: [max(0, n) for n in shape]}
-        raw = _member(which, {"descr": chance.choice(["<f8", "|O", "<f4"]), "fortran_order": False, "shape": shape}, b"x" * 64)
+        kind = chance.choice(["<f8", "|O", "<f4"])
+        raw = _member(which, {"descr": kind, "fortran_order": False, "shape": shape}, b"x" * 64)
     elif way == 9:  # another way of packing, or thousands of files
-        raw = _member(which, {"descr": "<f8", "fortran_order": False, "shape": (3,)}, bytes(24), chance.choice([zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA]))
+        packing = chance.choice([zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+        raw = _member(which, {"descr": "<f8", "fortran_order": False, "shape": (3,)}, bytes(24), packing)
         if chance.random() < 0.5:
             buffer = io.BytesIO()
             with zipfile.ZipFile(buffer, "w") as packed:
@@ -95,7 +99,8 @@ def tampered(seed: int, folder: Path) -> tuple[str, Path]:
     elif way == 10:  # bytes that changed, the seal made anew
         whole = bytearray(_npz(arrays, chance.random() < 0.5))
         for _ in range(chance.choice([1, 5, 50])):
-            whole[chance.choice([chance.randrange(len(whole)), chance.randrange(300), -chance.randrange(1, 300)])] ^= 1 << chance.randrange(8)
+            at = chance.choice([chance.randrange(len(whole)), chance.randrange(300), -chance.randrange(1, 300)])
+            whole[at] ^= 1 << chance.randrange(8)
         raw = bytes(whole)
     elif way == 11:  # cut off
         whole = _npz(arrays)
@@ -124,7 +129,10 @@ def tampered(seed: int, folder: Path) -> tuple[str, Path]:
     if way == 15:  # something else in its place
         odd = chance.choice([card, data])
         odd.unlink()
-        chance.choice([lambda: os.mkfifo(odd), odd.mkdir, lambda: odd.symlink_to(odd.name), lambda: odd.symlink_to("/dev/zero"), lambda: None])()
+        chance.choice([
+            lambda: os.mkfifo(odd), odd.mkdir, lambda: odd.symlink_to(odd.name), lambda: odd.symlink_to("/dev/zero"),
+            lambda: None,
+        ])()  # fmt: skip
     return name, card
 
 

@@ -87,7 +87,8 @@ def test_arrays_of_objects_are_never_unpickled(tmp_path: Path) -> None:
     data = tmp_path / "m.npz"
     np.savez(data, allow_pickle=True, w0=np.array([{"a": 1}], dtype=object))
     digest = hashlib.sha256(data.read_bytes()).hexdigest()
-    (tmp_path / "m.json").write_text(json.dumps({"format": 1, "kind": "forest", "sha256": digest, "arrays": {"w0": [1]}}))
+    told = {"format": 1, "kind": "forest", "sha256": digest, "arrays": {"w0": [1]}}
+    (tmp_path / "m.json").write_text(json.dumps(told))
     with pytest.raises(ModelError, match="no file of plain arrays"):
         load_model(tmp_path / "m.json", "forest")
 

@@ -62,11 +62,12 @@ def test_a_page_that_is_too_large_is_refused_before_anything_is_read(
     sizes = extent._sizes(hard)
     monkeypatch.setattr(extent, "USUAL", 1.0)
     monkeypatch.setattr(extent, "MOST", max(sizes.values()) + 1.0)
-    done = CliRunner().invoke(app, ["view", str(hard.path), "--no-open", "--episodes", "1-3", "-o", str(tmp_path / "p.html")])
+    command = ["view", str(hard.path), "--no-open", "--episodes", "1-3", "-o", str(tmp_path / "p.html")]
+    done = CliRunner().invoke(app, command)
     assert done.exit_code == 2 and "a page of these 3 episodes would take" in done.output
     assert "choose fewer with --episodes" in done.output and list(tmp_path.iterdir()) == []
     monkeypatch.setattr(extent, "MOST", 1.0)
-    with pytest.raises(TraceError, match="episode 3 alone would take .* --no-decisions"):
+    with pytest.raises(TraceError, match=r"episode 3 alone would take .* --no-decisions"):
         write_page(hard, tmp_path / "p.html")
 
 
