@@ -65,12 +65,14 @@ class Door(TyperGroup):
         return list(self.commands)
 
 
-def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
+def _show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None, line: Any = None
+) -> None:
     """Ours without the place in the code; it is about the user's files."""
     if issubclass(category, ColonysimWarning):
         typer.echo(f"Warning: {message}", err=True)
     else:
-        typer.echo(warnings.formatwarning(message, category, *where[:2]), err=True, nl=False)
+        typer.echo(warnings.formatwarning(message, category, filename, lineno, line), err=True, nl=False)
 
 
 app = typer.Typer(
