@@ -68,7 +68,7 @@ def config_of(setting: str, base: str, episodes: int) -> TrainingConfig:
 
 
 def measure(task: tuple[str, str, int, int, int, Path]) -> dict[str, Any]:
-    """One training (setting, base, episodes, seed, pushes, work), taken up where it was left, and the pushes after it."""
+    """One training, taken up where it was left, and the pushes after it; a task is the six values named below."""
     setting, base, episodes, seed, pushes, work = task
     began = time.process_time()
     config = config_of(setting, base, episodes)

@@ -68,7 +68,7 @@ class Door(TyperGroup):
         """Runs the command that was asked for."""
         with told_when_stopped(lambda: "Interrupted."), warnings.catch_warnings():
             warnings.simplefilter("always", ColonysimWarning)
-            warnings.showwarning = _show_warning  # type: ignore[assignment]
+            warnings.showwarning = _show_warning
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -77,12 +77,14 @@ class Door(TyperGroup):
         return list(self.commands)
 
 
-def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
+def _show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None, line: Any = None
+) -> None:
     """Ours without the place in the code; it is about the user's files."""
     if issubclass(category, ColonysimWarning):
         say(f"Warning: {message}")
     else:
-        say(warnings.formatwarning(message, category, *where[:2]).rstrip())
+        say(warnings.formatwarning(message, category, filename, lineno, line).rstrip())
 
 
 app = typer.Typer(
