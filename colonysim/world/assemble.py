@@ -11,6 +11,8 @@ from pydantic import ValidationError
 
 from colonysim.world.complaints import complaint
 from colonysim.world.format import (
+    LARGEST,
+    SMALLEST,
     BoxMapping,
     BoxRow,
     Crowd,
@@ -18,8 +20,6 @@ from colonysim.world.format import (
     Geometric,
     Grid,
     HoleMapping,
-    LARGEST,
-    SMALLEST,
     Line,
     NodeRow,
     PolicySection,
