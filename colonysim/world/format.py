@@ -51,7 +51,7 @@ def _form(value: Any) -> str | None:
 def _name(text: str) -> str:
     """Refuses what would break the line that a name stands in; other control characters are refused everywhere."""
     if not text.strip() or any(letter in text for letter in "\t\n"):
-        raise PydanticCustomError("one_line", "expected one line of text")
+        raise PydanticCustomError("one_line", "one line of text")
     return text
 
 

@@ -111,6 +111,17 @@ CHANGED = [
     ("agents: [0]", "agents: [0, 0]", "x.yaml:13:13: agents.1: two agents stand on node 0, the other is agents.0"),
     ("agents: [0]", "agents: [2]", "x.yaml:13:10: agents.0: an agent stands in the hole 2"),
     ("agents: [0]", "agents: [1]", "x.yaml:13:10: agents.0: an agent and a box stand on node 1"),
+    ("goal: 3", "goal: 2", "x.yaml:14:1: goal: node 2 is a hole, and no box is ever pushed to the goal"),
+    ("[1, 1.0]", "[3, 1.0]", "x.yaml:12:5: boxes.0: a box stands on the goal 3, where agents arrive"),
+    ("[1, 1.0]", "[1, 1.0e-9]", "x.yaml:12:9: boxes.0.1: got 1e-09, expected at least 1e-06"),
+    ("[3, 3, 0, 1]", "[3, 2.0000001, 0, 1]", "x.yaml:6:5: nodes.3: node 3 stands where node 2 stands"),
+    ("goal: 3", "goal: 3\n'<list>': 1", "x.yaml:15:1: <list>: unknown field"),
+    ("goal: 3", 'goal: 3\nname: "a\\nb"', "x.yaml:15:1: name: the key 'name' stands twice"),
+    ("name: good", 'name: "a\\nb"', "x.yaml:1:1: name: got 'a\\nb', expected one line of text"),
+    ("name: good", f"name: {'é' * 101}", "x.yaml:1:1: name: got"),
+    ("goal: 3", "goal: 3\nphysics: {xy_scale: 1.0e-5}", "x.yaml:15:11: physics.xy_scale: got 1e-05, expected at least 0.0001"),
+    ("travel: 2", "travel: 1.0e-9", "x.yaml:16:3: timing.travel: an edge of length 1 takes 1e-09 s, expected 1e-06 to 1e+09 s"),
+    ("radius: 1.1", "radius: 1.0e-300", "x.yaml:8:3: edges.radius: got 1e-300, expected at least 1e-06"),
     ("goal: 3", "goal: 3\nno_push: [[0, 3]]", "x.yaml:15:11: no_push.0: 0-3 is no edge, expected one; node 0 is joined with 1"),
     ("goal: 3", "goal: 3\nslopes: [[3, 2]]", "x.yaml:15:10: slopes.0: node 2 is a hole"),
     ("goal: 3", "goal: 3\ntopology: {kind: line, nodes: 4}", "x.yaml:2:1: nodes: stands beside `topology`"),
@@ -143,6 +154,11 @@ GENERATED = [
     ("{kind: ring, nodes: 2}", "topology.nodes: got 2, expected at least 3"),
     ("{kind: geometric, nodes: 9, radius: 1}", "topology.seed: is missing"),
     ("{kind: geometric, nodes: 99, radius: 1, seed: 1, apart: 5}", "topology: 99 nodes 5 apart do not fit into 10 x 10"),
+    ("{kind: grid, rows: 1400, columns: 1400, diagonals: true}", "topology: makes 7831602 edges, expected at most 4000000"),
+    ("{kind: line, nodes: 4, spacing: 1.0e+9}", "topology: has nodes at 3e+09, expected none beyond 1e+09"),
+    ("{kind: geometric, nodes: 1000000, radius: 1, seed: 1}", "topology: about 4.5e+10 pairs of nodes would have to be compared"),
+    ("{kind: geometric, nodes: 1000000, radius: 0.01, seed: 1, apart: 0.02}", "topology: 1000000 nodes 0.02 apart do not fit"),
+    ("{kind: geometric, nodes: 5, radius: 1, seed: 1, width: 1.0e-6, height: 1.0e-6}", "topology: node"),
     ("{kind: line, nodes: 4, without: [4]}", "topology.without.0: there is no node 4"),
     ("{kind: line, nodes: 4, without: [2]}", "goal: no filling of holes lets the agent on node 0 reach the goal 3: no edge leads out"),
 ]  # fmt: skip
@@ -173,6 +189,15 @@ TEXTS = [
     ("a: &a [*a]\n", "x.yaml:1:8: a.0: the alias *a stands inside or before its own anchor"),
     ("goal: " + "9" * 5000, "x.yaml:1:7: goal: 99999999999999999999... is out of range"),
     ("a: " + "[" * 50_000, ": nested deeper than 32 levels"),
+    ("a: " + "[" * 40, ": nested deeper than 32 levels"),
+    ("- " * 3000, ": nested deeper than 32 levels"),
+    ('a: "\\x1b[31m"\n', "x.yaml:1:4: a: the character U+001B is not allowed"),
+    ('"\\x1b": 1\n', "x.yaml:1:1: \\x1b: the character U+001B is not allowed in a name"),
+    ("a: !%1b 1\n", "the tag !\\x1b"),
+    ("a: 0." + "1" * 5000, "x.yaml:1:4: a: 0.111111111111111111... has more than 400 characters"),
+    ("x" * 200 + ":\n  " + "y" * 200 + ": 1\n", "a field's name and those it stands under are 401 characters long"),
+    ("a0: &a0 [" + "[" * 25 + "1" + "]" * 26 + "\na1: [" + "[" * 10 + "*a0" + "]" * 11, "nested deeper than 32 levels"),
+    ("a: &a " + "x" * 100_000 + "\nb: [" + "*a, " * 10 + "]", "aliases stand for more than 10000 values"),
     ("a: 1\na: 2\n", "x.yaml:2:1: a: the key 'a' stands twice, first on line 1"),
     ("a: {b: 1, b: 2}\n", "x.yaml:1:11: a.b: the key 'b' stands twice, first on line 1"),
 ]  # fmt: skip
@@ -262,6 +287,11 @@ OVERRIDES = [
     ("agents=[0, 99]", "--set agents=[0, 99]: agents.1: there is no node 99"),
     ("agents.0=99", "--set agents.0=99: there is no node 99"),
     ("agents.5=1", "--set agents.5=1: agents is a list of 1, expected a place from 0 to 0"),
+    ("agents.²=1", "--set agents.²=1: agents is a list of 1, expected a place from 0 to 0"),
+    ("agents." + "9" * 5000 + "=1", "9...: is no field, expected a path such as policy.beta"),
+    ("a." * 100 + "b=1", "is no field, expected a path"),
+    ("name=\udcff", "--set name=\\udcff: the control character 0xdcff is not allowed"),
+    ("\udcff=1", "--set \\udcff=1: is no field"),
     ("goal.x=1", "--set goal.x=1: goal is no mapping or list, so it has no 'x'"),
     ("policy.beta=.nan", "--set policy.beta=.nan: .nan is not allowed"),
     ("policy.beta=[1", "--set policy.beta=[1: did not find expected ',' or ']'"),
@@ -278,7 +308,7 @@ def test_a_wrong_override_is_named_instead_of_the_file(tmp_path, override, messa
     assert message in refused(tmp_path, GOOD, overrides=[override])
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), {1: 2}, b"x", {1, 2}])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), {1: 2}, b"x", {1, 2}, pytest.param(10**5000, id="huge"), "\ud800", "\x1b"])
 def test_documents_from_python_are_plain_and_finite(value):
     document = {"topology": {"kind": "line", "nodes": 3}, "agents": [0], "goal": 2, "policy": {"beta": value}}
     with pytest.raises(ScenarioError, match=r"^<document>: policy\.beta: "):
@@ -296,3 +326,44 @@ def test_a_policy_can_point_at_its_parameters(tmp_path):
     assert str(scenario.fault("policy.betta", "no")) == "--set policy.betta=2: no"
     assert str(scenario.fault("policy.gamma", "no")) == f"{path}:17:1: policy.gamma: no"
     assert str(scenario.fault("physics.margin", "no")) == f"{path}:1:1: physics.margin: no"
+
+
+def test_a_name_too_long_for_a_file_and_no_text_at_all():
+    with pytest.raises(ScenarioError, match=r"cannot be read: File name too long"):
+        load_scenario("a" * 300)
+    with pytest.raises(ScenarioError, match=r"\\udcff\.yaml: no such file"):
+        load_scenario("\udcff.yaml")
+
+
+def test_a_file_with_a_long_name_gives_a_name(tmp_path):
+    path = tmp_path / f"{'x' * 200}.yaml"
+    path.write_text(GOOD.replace("name: good\n", ""))
+    assert len(load_scenario(path).name) == 100
+
+
+def test_more_variants_than_anybody_checks(tmp_path):
+    text = GOOD + "".join(f"  v{n}: {{}}\n" for n in range(1000))
+    assert "variants: 1001 variants, expected at most 1000" in refused(tmp_path, text)
+
+
+def test_a_scenario_is_shown_in_a_line(tmp_path):
+    path = tmp_path / "x.yaml"
+    path.write_text(GOOD)
+    scenario = load_scenario(path)
+    assert repr(scenario).startswith("<Scenario 'good': 4 nodes, 1 holes, 1 boxes, 1 agents")
+    assert len(repr(scenario)) < 120
+    assert repr(scenario.topology) == "<Topology: 4 nodes, 3 edges>"
+
+
+def test_tiny_distances_that_nodes_keep_are_no_matter():
+    topology = {"kind": "geometric", "nodes": 20, "radius": 3, "seed": 4, "apart": 5e-324}
+    scenario = scenario_from_document({"topology": topology, "agents": [0], "goal": 7})
+    topology = {**topology, "apart": 0}
+    assert scenario.topology.x == scenario_from_document({"topology": topology, "agents": [0], "goal": 7}).topology.x
+
+
+def test_a_radius_with_far_more_pairs_is_refused_before_they_are_looked_at(tmp_path, monkeypatch):
+    monkeypatch.setattr(generate, "MAX_EDGES", 500)
+    nodes = ", ".join(f"[{i}, {i}e-3, 0]" for i in range(100))
+    text = f"nodes: [{nodes}]\nedges: {{radius: 100}}\nagents: [0]\ngoal: 1\n"
+    assert "edges.radius: about 1e+04 pairs of nodes would have to be compared" in refused(tmp_path, text)
