@@ -94,9 +94,9 @@ def lacking(group: str, part: object) -> str:
     for name in attributes:
         if not hasattr(part, name):
             return f"is no {kind}: {type(part).__name__} has no attribute {name!r}"
-    name = getattr(part, "name", None)
-    if not (isinstance(name, str) and name):
-        return f"is no {kind}: the name of {type(part).__name__} is {name!r}, expected some text"
+    called = getattr(part, "name", None)
+    if not (isinstance(called, str) and called):
+        return f"is no {kind}: the name of {type(part).__name__} is {called!r}, expected some text"
     return ""
 
 
