@@ -127,6 +127,8 @@ class Stigmergy:
 
     def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
         """Algorithm 9 for one agent."""
+        if view is None or memory is None:  # compiled code would not look, and end the interpreter
+            raise TypeError("a view and a memory are needed to decide")
         return self.think(view, memory, random.random).choice(view)
 
     def think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:

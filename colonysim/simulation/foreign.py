@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from colonysim.policies.view import LocalView
     from colonysim.randomness import Streams
     from colonysim.trace.rows import Rows
-    from colonysim.world.intents import Intent, Move
+    from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
 
 __all__ = ["ForeignBackend", "ForeignField", "ForeignPolicy", "checked_backend", "checked_policy", "overrides"]
@@ -290,7 +290,7 @@ class ForeignBackend(_Foreign):
         super().__init__(backend, "backend", world, rows)
         self.tick: float | None = None
         self.edge_seconds = 1.0
-        self._under_way: dict[int, Move] = {}
+        self._under_way: dict[int, Intent] = {}
         self.feasible_way = self._along if getattr(backend, "feasible_way", None) is not None else None
 
     def reset(self, world: World, streams: Streams) -> None:
@@ -333,7 +333,7 @@ class ForeignBackend(_Foreign):
             found.append(ends if isinstance(place, tuple) else ends[0])  # type: ignore[arg-type]
         return frozenset(found)
 
-    def start(self, agent: int, intent: Move, now: float) -> Done | None:
+    def start(self, agent: int, intent: Intent, now: float) -> Done | None:
         """An outcome with its time, or none yet if there is a clock."""
         done = self._call("start", agent, intent, now, agent=agent)
         if done is None:
@@ -351,7 +351,7 @@ class ForeignBackend(_Foreign):
             why = f"{_SHOWN.repr(intent)} takes {_SHOWN.repr(given)} seconds, expected a number that is not negative"
             raise self._fault(why, agent)
         checked = self._outcome(agent, intent, outcome)
-        return done if checked is outcome and type(given) is float else Done(seconds, checked)
+        return Done(seconds, checked)
 
     def advance(self, now: float) -> Sequence[Finished]:
         """Outcomes of what is under way."""
@@ -369,7 +369,7 @@ class ForeignBackend(_Foreign):
             found.append((agent, self._outcome(agent, self._under_way.pop(agent), outcome)))
         return found
 
-    def _outcome(self, agent: int, intent: Move, outcome: Any) -> Outcome:
+    def _outcome(self, agent: int, intent: Intent, outcome: Any) -> Outcome:
         """The outcome with plain numbers."""
         why = ""
         if not isinstance(outcome, Outcome):
