@@ -92,7 +92,7 @@ def _sizes(run: Run) -> dict[int, float]:
 def _last_that_fit(sizes: Mapping[int, float]) -> list[int]:
     chosen: list[int] = []
     taken = 0.0
-    for number in reversed(sizes):
+    for number in reversed(list(sizes)):
         taken += sizes[number]
         if chosen and taken > USUAL:
             break
