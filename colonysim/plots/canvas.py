@@ -157,7 +157,8 @@ def heading_of(what: str, run: Run) -> str:
 def title_of(what: str, run: Run) -> str:
     """What a diagram shows, and of which run; and how far that came, if it is not finished."""
     name = f"{named_in(run, 'name')} {named_in(run, 'variant')}".rstrip()
-    words = (what, name, named_in(run, "backend"), named_in(run, "policy"), f"seed {run.manifest['seed']}", run.shortfall)
+    of = (named_in(run, "backend"), named_in(run, "policy"), f"seed {run.manifest['seed']}")
+    words = (what, name, *of, run.shortfall)
     return " · ".join(word for word in words if word)
 
 

@@ -61,9 +61,11 @@ def _swept(path: Path) -> None:
     path.mkdir()
     about: dict[str, list[Any]] = {"trial": ["t0", "t1"], "policy": ["evil:P", "colony"], "backend": ["evil:P"] * 2,
                                    "policy.extra_fields": ['["evil:P"]'] * 2, "seed": [0, 0]}  # fmt: skip
-    rest = {"status": ["succeeded"] * 2, "error": [None] * 2, "episodes": [1] * 2, "success": [1.0] * 2, "steps": [3.0] * 2}
+    rest = {"status": ["succeeded"] * 2, "error": [None] * 2, "episodes": [1] * 2,
+            "success": [1.0] * 2, "steps": [3.0] * 2}  # fmt: skip
     pq.write_table(pa.table(about | rest), path / "trials.parquet")
-    played = {"episode": [1] * 2, "steps": [3] * 2, "success": [1.0] * 2, "ended": ["goal"] * 2, "sim_seconds": [2.5] * 2}
+    played = {"episode": [1] * 2, "steps": [3] * 2, "success": [1.0] * 2, "ended": ["goal"] * 2,
+              "sim_seconds": [2.5] * 2}  # fmt: skip
     pq.write_table(pa.table(about | played), path / "episodes.parquet")
 
 
@@ -163,7 +165,7 @@ def test_verify_counts_and_says_what_differs(tmp_path: Path, monkeypatch: pytest
     (tmp_path / "gone/deposits/part-00000.parquet").unlink()
     part = tmp_path / "other/frames/part-00000.parquet"
     table = pq.read_table(part)
-    pq.write_table(table.take(list(range(1, table.num_rows)) + [0]), part)
+    pq.write_table(table.take([*range(1, table.num_rows), 0]), part)
     file = tmp_path / "scenario/manifest.json"
     file.write_text(file.read_text().replace('"max_steps": ', '"max_steps": 1'))
     assert told(("verify", "good", "good"), "").exit_code == 0

@@ -145,7 +145,8 @@ def test_what_a_run_has_is_drawn_and_fields_of_others_too(tmp_path: Path) -> Non
     with pytest.raises(ColonysimError, match="cannot draw 'D'"):
         draw(markless, what=["D"])
     scented = colonysim.run("sanity", policy=_Scented, episodes=1, out=tmp_path / "scented")
-    assert scented.manifest["fields"] == {"scent": {"by_box": False}, "../up": {"by_box": False}, "load": {"by_box": True}}
+    told = {name: field["by_box"] for name, field in scented.manifest["fields"].items()}
+    assert told == {"scent": False, "../up": False, "load": True}
     drawn = {"scent.png", "..%2Fup-hole3.png", "..%2Fup-hole7.png", "load-box0.png", "load-box1.png"}
     assert {image.name for image in draw(scented)} == others | drawn
     assert not list(tmp_path.glob("*.png"))
@@ -155,14 +156,18 @@ def test_what_a_run_has_is_drawn_and_fields_of_others_too(tmp_path: Path) -> Non
 def test_a_training_whose_files_are_wrong_is_told_by_field(tmp_path: Path) -> None:
     test = {"episodes": 20, "success": 0.5, "reward": -3.0, "by_kind": {"flat": 0.5}}
     card = {"how": {"peak_episode": 20, "seed": 1, "config": {"name": "paper", "test_block": 20}}}
-    results = {"split": "s", **{part: {"n": 1, "brier": 0.1, "curve": [
-        {"n": 1, "chance": 0.5, "success": 0.4, "success_low": 0.1, "success_high": 0.9}]} for part in ("pushes", "ways")}}
+    point = {"n": 1, "chance": 0.5, "success": 0.4, "success_low": 0.1, "success_high": 0.9}
+    judged = {"n": 1, "brier": 0.1, "curve": [point]}
+    results: dict[str, Any] = {"split": "s", "pushes": judged, "ways": judged}
     tries: list[tuple[dict[str, Any], str]] = [
-        ({"history.json": [test]}, ""), ({"history.json": [test], "push.json": card}, ""), ({"history.json": {}}, "a list"),
-        ({"history.json": [{**test, "success": None}]}, r"history\.json: 0\.success"), ({"history.json": [7]}, "0.episodes"),
-        ({"history.json": [{**test, "by_kind": []}]}, "by_kind"), ({"history.json": [{**test, "reward": 1e300}]}, "reward"),
+        ({"history.json": [test]}, ""), ({"history.json": [test], "push.json": card}, ""),
+        ({"history.json": {}}, "a list"), ({"history.json": [7]}, "0.episodes"),
+        ({"history.json": [{**test, "success": None}]}, r"history\.json: 0\.success"),
+        ({"history.json": [{**test, "by_kind": []}]}, "by_kind"),
+        ({"history.json": [{**test, "reward": 1e300}]}, "reward"),
         ({"history.json": [test], "push.json": {"how": []}}, r"push\.json: how\.peak_episode"),
-        ({"ways.jsonl": 0, "way.json": {"results": results}}, ""), ({"ways.jsonl": 0, "way.json": []}, r"results\.split"),
+        ({"ways.jsonl": 0, "way.json": {"results": results}}, ""),
+        ({"ways.jsonl": 0, "way.json": []}, r"results\.split"),
         ({"ways.jsonl": 0, "way.json": {"results": results | {"ways": {"curve": [{}]}}}}, r"ways\.curve\.0\.chance"),
         ({"ways.jsonl": 0}, "not fitted yet"), ({"history.json": []}, "no test"),
     ]  # fmt: skip

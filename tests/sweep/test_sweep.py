@@ -280,8 +280,12 @@ def test_results_on_the_command_line(uninterrupted, tmp_path):
     assert {line["policy.beta"] for line in json.loads(shown("--json"))} == {2, 4}
     pytest.importorskip("duckdb")
     assert json.loads(shown("--json", "--sql", "SELECT count(*) AS n FROM episodes")) == [{"n": 80}]
-    odd = "SELECT 1.50::DECIMAL(5,2) AS d, DATE '2026-01-02' AS day, 'nan'::DOUBLE AS n, [1.5::DECIMAL(3,1)] AS l, 12::DECIMAL AS w"
-    assert json.loads(shown("--json", "--sql", odd)) == [{"d": 1.5, "day": "2026-01-02", "n": None, "l": [1.5], "w": 12}]
+    odd = (
+        "SELECT 1.50::DECIMAL(5,2) AS d, DATE '2026-01-02' AS day, 'nan'::DOUBLE AS n, [1.5::DECIMAL(3,1)] AS l,"
+        " 12::DECIMAL AS w"
+    )
+    answered = [{"d": 1.5, "day": "2026-01-02", "n": None, "l": [1.5], "w": 12}]
+    assert json.loads(shown("--json", "--sql", odd)) == answered
     for wrong in (
         ["--sql", "SELEC"], ["--sql", f"SELECT * FROM '{whole}/trials.parquet'"], ["--episodes", "x"],
         ["--episodes", "\u00b2"], ["--episodes", "3-1"], ["--episodes", "9" * 5000], ["--episodes", "-"],
