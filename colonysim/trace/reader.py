@@ -137,7 +137,8 @@ class Run:
             return self._tables[name]
         # What is still being written is read anew each time. A complete episode has all its rows: of one that is known
         # to be complete before the others are read, its last event has to be there.
-        complete = len(self.table("episodes")) if self.status == "running" and name == "events" and self._only is None else 0
+        growing = self.status == "running" and name == "events" and self._only is None
+        complete = len(self.table("episodes")) if growing else 0
         rows = Rows(name, [*self._chosen(name)], table_schema(name).empty_table())
         rows.check(self.manifest["episodes"])
         last = rows.all["episode"][-1].as_py() if rows.all.num_rows else 0
