@@ -1,10 +1,10 @@
 """Small worlds with boxes in each other's way: `colony` beside `random`, as a Markdown table by kind.
 
-Run with: python benchmarks/small_worlds.py [--worlds 300] [--seed 2000] [--episodes 60] [--workers 2]
+Run with: python benchmarks/small_worlds.py [--worlds 300] [--seed 3000] [--episodes 60] [--workers 2]
        [--before FILE] [--json FILE] [--out docs/results/smallworlds.md]
 
 An episode counts if all agents reach the goal in it. Intervals are Wilson's, 95 %. The policy was tuned on the worlds
-of other seeds (below 1000) than it is judged with.
+of seeds from 0 and from 2000 on.
 """
 
 from __future__ import annotations
@@ -40,7 +40,9 @@ def drawn(rows: list[str], depths: int | dict[int, int] = 1, **fields: Any) -> d
         fields: Further fields of the scenario.
     """
     ids: dict[tuple[int, int], int] = {}
-    nodes, edges, slopes, holes, boxes, agents, goal = [], [], [], [], [], [], -1
+    nodes: list[list[float]] = []
+    holes: list[dict[str, float]] = []
+    edges, slopes, boxes, agents, goal = [], [], [], [], -1
     heights: dict[tuple[int, int], float] = {}
     for y, row in enumerate(rows):
         height = 1.0
@@ -298,7 +300,7 @@ def exceptions(counts: dict[str, list[int]], jobs: list[Job]) -> list[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--worlds", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=3000)
     parser.add_argument("--episodes", type=int, default=60)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--policies", nargs="+", default=POLICIES)

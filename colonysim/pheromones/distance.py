@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from colonysim.world.state import World
     from colonysim.world.topology import Topology
 
-__all__ = ["Distance", "extent"]
+__all__ = ["Distance", "extent", "farthest"]
 
 
 UNKNOWN = float("inf")
@@ -32,9 +32,14 @@ def extent(world: World) -> float:
 
     With Euclidean distances instead, D would be clipped at 0 on every node whose way to the goal is a long detour.
     """
-    known, goal = _EXTENTS.setdefault(world.topology, {}), world.scenario.goal
+    return farthest(world.topology, world.scenario.goal)
+
+
+def farthest(topology: Topology, goal: int) -> float:
+    """`extent` of a place with a goal, worked out once."""
+    known = _EXTENTS.setdefault(topology, {})
     if goal not in known:
-        known[goal] = _farthest(world.topology, goal)
+        known[goal] = _farthest(topology, goal)
     return known[goal]
 
 

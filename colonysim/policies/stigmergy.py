@@ -7,6 +7,7 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
+from colonysim.pheromones.distance import farthest
 from colonysim.plugins import make_field
 from colonysim.policies.choice import pick, weigh
 from colonysim.policies.paths import likely_way
@@ -60,7 +61,14 @@ class Stigmergy:
         return _made_anew, (type(self), self._scenario, self.settings, self.name), getattr(self, "__dict__", None)
 
     def _make_room(self, scenario: Scenario) -> None:
-        """For what is written anew at each decision, on the map of a scenario; there is never less of it afterwards."""
+        """For what is written anew at each decision, on the map of a scenario; there is never less of it afterwards.
+
+        And after how many choices an agent grows restless there.
+        """
+        restless, topology = self.settings.restless, scenario.topology
+        if restless is not None:
+            choices = restless * farthest(topology, scenario.goal) / topology.mean_length
+            self._restless = max(1, int(min(choices, float(NEVER))))
         room, holes = 2 * scenario.topology.most_neighbours + 1, len(scenario.holes)
         if room > self._room:
             # What a choice is between: all neighbours and the boxes on them at worst.
@@ -83,10 +91,7 @@ class Stigmergy:
         """
         self._make_room(world.scenario)  # it may be another than the policy was made for
         s = self.settings
-        farthest = extent(world)
-        d_max = s.d_max * farthest or 1.0
-        if s.restless is not None:
-            self._restless = max(1, int(min(s.restless * farthest / world.topology.mean_length, float(NEVER))))
+        d_max = s.d_max * extent(world) or 1.0
         everywhere, at_start = s.updates == "everywhere", s.deposit_at_start
         own: list[Field] = [
             Distance(
@@ -460,7 +465,11 @@ class Stigmergy:
                 count += 1
         if count == 0:
             thought = thinking(memory)
-            thought.idle = True
+            if self._step_past and self.settings.patience is not None and self._boxes_to_pass(view, memory):
+                # Those on its ways out may be shut in by itself: it will not wait for them for ever.
+                thought.wait = Wait(view.around(), (self._patience - view.waited) * view.edge_seconds)
+            else:
+                thought.idle = True
             return thought
         weigh(values, count, self._beta)
         i = pick(values, count, draw())
@@ -481,12 +490,15 @@ class Stigmergy:
         return self._weighed(thought, count)
 
     def _shut_in(self, view: LocalView, options: int) -> bool:
-        """Whether the agent has no way out, or none from which it knows a way to the goal; D of its exits is known."""
+        """Whether the agent has no way out, or none from which it knows a way to the goal; D of its exits is known.
+
+        Nor has it one, if it has waited long for others to leave those that it has.
+        """
         for i in range(options):
             if self._values[i] > 0.0:
                 return False
         shut = True
-        if options == 0:
+        if options == 0 and not self._impatient(view):
             for j in view.neighbours:  # not with all(): it would take a generator each time
                 shut = shut and not view.passable(j)
         return shut

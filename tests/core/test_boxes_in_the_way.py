@@ -49,6 +49,7 @@ def solved(scenario: Scenario, episodes: int, policy: str = "colony") -> int:
         pytest.param(plan("a.b.b.og", "      o "), id="two holes, one approach"),
         pytest.param(plan(" b b  ", "a.b..og", " b b  ", deep=3), id="boxes in dead ends"),
         pytest.param(plan("a.bb.og", "a      ", deep=2), id="two agents in a row"),
+        pytest.param(plan("aabg"), id="two agents in a dead end behind a box"),
         pytest.param(plan("abbb.og", deep=3, detection_radius=1.5), id="three in a row, little in sight"),
     ],
 )
