@@ -311,8 +311,8 @@ class _Assembly:
         if goal in holes:
             raise self._places.fault(
                 "goal",
-                f"node {self._file.goal} is a hole, and no box is ever pushed to the goal, where its pusher would leave;"
-                " expected a node beside it",
+                f"node {self._file.goal} is a hole, and no box is ever pushed to the goal, where its pusher would"
+                " leave; expected a node beside it",
             )
         return goal
 

@@ -236,9 +236,9 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
             lambda: place(
                 LANE,
                 holes=[{"node": 2, "depth": 0.35}, {"node": 3, "depth": 0.35}],
-                boxes=[[1, 0.35], [0, 0.35]],
-                agents=[4],
-                goal=0,
+                boxes=[[1, 0.35], [2, 0.35]],
+                agents=[0],
+                goal=4,
             ),
             "physics",
             "too close",

@@ -41,7 +41,7 @@ def policy_of(tmp_path):
     ("d_max: .5", "small.yaml:7:3: policy.d_max", "greater than or equal to 1"),
     ("box_decay: 0", "small.yaml:7:3: policy.box_decay", "greater than 0, not 0"),
     ("tries: 0", "small.yaml:7:3: policy.tries", "greater than or equal to 1"),
-    ("patience: 0", "small.yaml:7:3: policy.patience", "greater than 0"),
+    ("patience: 0", "small.yaml:7:3: policy.patience", "greater than or equal to 0.001"),
     ("collision: none", "small.yaml:7:3: policy.collision", "'reservation' or 'two_node', not 'none'"),
     ("distance_rule: lrta*", "small.yaml:7:3: policy.distance_rule", "'lrta' or 'literal', not 'lrta*'"),
     ("preset: papr", "small.yaml:7:3: policy.preset", "no preset 'papr'; did you mean 'paper'?"),
