@@ -81,7 +81,9 @@ class NodeMapping(Section):
     """Height of its surface, graph units; of a hole listed by its number alone, the floor."""
 
 
-Node = Annotated[Annotated[NodeRow, Tag(FORM_TAGS[0])] | Annotated[NodeMapping, Tag(FORM_TAGS[1])], Discriminator(_form)]
+Node = Annotated[
+    Annotated[NodeRow, Tag(FORM_TAGS[0])] | Annotated[NodeMapping, Tag(FORM_TAGS[1])], Discriminator(_form)
+]
 
 
 class RadiusEdges(Section):
@@ -95,7 +97,9 @@ class RadiusEdges(Section):
     """Edges left out."""
 
 
-Edges = Annotated[Annotated[list[Pair], Tag(FORM_TAGS[0])] | Annotated[RadiusEdges, Tag(FORM_TAGS[1])], Discriminator(_form)]
+Edges = Annotated[
+    Annotated[list[Pair], Tag(FORM_TAGS[0])] | Annotated[RadiusEdges, Tag(FORM_TAGS[1])], Discriminator(_form)
+]
 
 
 class Generated(Section):
@@ -278,7 +282,9 @@ class PolicySection(BaseModel):
     """Name of a policy, or "package.module:Name"."""
 
 
-Policy = Annotated[Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[PolicySection, Tag(FORM_TAGS[1])], Discriminator(_form)]
+Policy = Annotated[
+    Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[PolicySection, Tag(FORM_TAGS[1])], Discriminator(_form)
+]
 
 
 class GroundSection(Section):
