@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
 __all__ = [
-    "MAX_EDGES", "MAX_NODES", "Point", "TooManyEdgesError", "doors", "draw_some", "geometric", "grid", "grid_edges", "line",
-    "radius_edges", "ring", "rooms",
+    "MAX_EDGES", "MAX_NODES", "Point", "TooManyEdgesError", "doors", "draw_some", "geometric", "grid", "grid_edges",
+    "line", "radius_edges", "ring", "rooms",
 ]  # fmt: skip
 
 MAX_NODES = 2_000_000
