@@ -2,7 +2,9 @@
 
 import signal
 
-# Where the suite runs in the background, a shell may have had Ctrl-C ignored; the tests of Ctrl-C, and the processes
-# that they start, need what everybody has in front of a terminal.
+# Where the suite runs in the background, a shell or `nohup` may have had Ctrl-C or the end of the terminal ignored; the
+# tests of both, and the processes that they start, need what everybody has in front of a terminal.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
