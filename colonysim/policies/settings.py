@@ -53,7 +53,8 @@ class StigmergySettings:
         exploration_on_wait: Whether waiting counts as a visit, that is, deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
         candidates_centre: From where holes have to be within R: from the "box" or from the "agent".
-        look_on: Whether the next nearest box is looked at where the nearest one can go to no hole.
+        look_on: Whether the next nearest box is looked at where the nearest one can go to no hole, with an open
+            one in sight.
         errands: Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight.
         step_past: Whether an agent that is shut in, or that comes to no useful box otherwise, steps to the node of a
             box to leave it on another side.
