@@ -131,6 +131,7 @@ def command(
     from colonysim.cli.stopping import told_when_stopped
     from colonysim.cli.summary import print_results, results
     from colonysim.errors import ColonysimError
+    from colonysim.files import shown_path
     from colonysim.recording import run
     from colonysim.world.loading import load_scenario
 
@@ -155,7 +156,7 @@ def command(
                 _open(page, no_open)
 
         def told() -> str:
-            where = f" The run so far is in {begun[0].path}" if begun and begun[0].path else ""
+            where = f" The run so far is in {shown_path(begun[0].path)}" if begun and begun[0].path else ""
             return f"Interrupted after {len(begun[0].episodes) if begun else 0} of {count} episodes.{where}"
 
         with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:

@@ -118,15 +118,15 @@ class _Foreign:
     def _call(self, method: str, *arguments: Any, agent: int | None = None) -> Any:
         try:
             return getattr(self._part, method)(*arguments)
-        except ColonysimError:
-            raise  # it says already what is wrong
+        except (ColonysimError, MemoryError):
+            raise  # the one says already what is wrong, the other is no fault of the part's
         except Exception as error:  # another's code may fail in any way; ours still owes a message
             raise self._fault(f"{method} raises {type(error).__name__}: {error}", agent) from error
 
     def _listed(self, method: str, given: Any, agent: int | None = None) -> list[Any]:
         try:
             return _listed(given)
-        except ColonysimError:
+        except (ColonysimError, MemoryError):
             raise
         except Exception as error:
             why = f"{method} returns {_SHOWN.repr(given)}, expected a list ({type(error).__name__}: {error})"

@@ -63,6 +63,7 @@ def run_sweep(
     """
     refuse_unguarded()
     planned = load_sweep(file)
+    _engine(engine, workers)  # what is wrong with them is found before a directory is made
     with Store(out, write=True) as store:
         run_planned(
             planned, store, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=on_outcome,
@@ -93,9 +94,7 @@ def run_planned(
     `copy_of` is the file that they come from, if there is one.
     """
     refuse_unguarded()
-    if workers is not None:
-        workers = whole("workers", workers)
-    execute = _engine(engine)
+    execute = _engine(engine, workers)
     if copy_of is not None:
         _keep_copy(copy_of, store.directory)
     stale = store.mark_stale(planned.trials)
@@ -111,7 +110,7 @@ def run_planned(
     # The tables are of this plan from the start: a sweep that is killed soon must not show the one before.
     written = _write_tables(planned, store)
     running: dict[str, Outcome] = {}
-    outcomes = execute(left, planned.limits, workers)
+    outcomes = execute(left, planned.limits)
     try:
         for outcome in outcomes:
             if outcome.result is not None and "changed" in outcome.result:
@@ -150,14 +149,16 @@ def _trials(count: int) -> str:
     return f"{count} trial{'' if count == 1 else 's'}"
 
 
-def _engine(name: Engine) -> Callable[[Sequence[Trial], Limits, int | None], Generator[Outcome, None, None]]:
+def _engine(name: Engine, workers: int | None) -> Callable[[Sequence[Trial], Limits], Generator[Outcome, None, None]]:
+    if workers is not None:
+        workers = whole("workers", workers)
     if name == "local":
-        return lambda trials, limits, workers: run_locally(trials, limits, workers or os.cpu_count() or 1)
+        return lambda trials, limits: run_locally(trials, limits, workers or os.cpu_count() or 1)
     if name != "ray":
         raise ColonysimError(f"no engine {name!r}; {nearest(str(name), ('local', 'ray'))}")
     from colonysim.sweep.on_ray import run_on_ray
 
-    return run_on_ray
+    return lambda trials, limits: run_on_ray(trials, limits, workers)
 
 
 def _keep_copy(file: Path, directory: Path) -> None:

@@ -227,7 +227,7 @@ class Run:
             TraceError: The run has no such episode.
         """
         table = self._of_episode("events", episode)
-        if not len(table):
+        if episode is not None and not len(table):
             self._complete(episode)
         for batch in table.to_batches(max_chunksize=4096):
             columns = [batch.column(name).to_pylist() for name in Event._fields]

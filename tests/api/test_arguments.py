@@ -13,7 +13,7 @@ from colonysim.arguments import MAX_SEED, as_seed, as_span, plain, real, shown, 
 from colonysim.bench import measure
 from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.plots import draw
-from colonysim.sweep import plan_sweep, run_planned, run_sweep
+from colonysim.sweep import Store, plan_sweep, run_planned, run_sweep
 from colonysim.sweep.comparing import compare
 from colonysim.sweep.tables import read_table, summary
 from colonysim.sweep.tuning import tune
@@ -154,7 +154,6 @@ def test_sweeps_tunings_and_their_tables(folder):
     each(lambda value: run_sweep("s.yaml", "out", workers=value), "workers", no_default(NO_COUNT))
     betas = [np.float64(2), np.int64(3)]
     planned = plan_sweep({"scenarios": ["sanity"], "episodes": 1, "grid": {"policy.beta": betas}})
-    each(lambda value: run_planned(planned, "out", workers=value), "workers", no_default(NO_COUNT))
     with pytest.raises(ColonysimError, match="no engine 'rai'; did you mean 'ray'"):
         run_sweep("s.yaml", "out", engine="rai")
     with pytest.raises(ColonysimError, match="no measure 'step'; did you mean 'steps'"):
@@ -168,7 +167,9 @@ def test_sweeps_tunings_and_their_tables(folder):
             with pytest.raises(ScenarioError, match=rf"^sweep: {field}"):
                 plan_sweep({"scenarios": ["sanity"], field: value})
     assert not (folder / "out").exists()
-    run_planned(planned, "out", workers=np.int64(1))
+    with Store("out", write=True) as store:
+        each(lambda value: run_planned(planned, store, workers=value), "workers", no_default(NO_COUNT))
+        run_planned(planned, store, workers=np.int64(1))
     trials, episodes = read_table("out", "trials"), read_table("out", "episodes")
     assert trials["policy.beta"].to_pylist() == [2.0, 3.0]
     each(lambda value: summary(trials, episodes, None, value), "episodes", spans)
@@ -198,7 +199,7 @@ def test_checkers_worlds_and_the_bench():
 
 def test_the_push(folder):
     pytest.importorskip("pybullet")
-    from colonysim.push.evaluation import evaluate_push
+    from colonysim.push.training.evaluation import evaluate_push
 
     from colonysim.cli.pushes import PushRecorder
     from colonysim.push.executors import make_executor
@@ -218,10 +219,10 @@ def test_the_push(folder):
 def test_trainings(folder):
     pytest.importorskip("torch")
     pytest.importorskip("sklearn")
-    from colonysim.push.calibration import train_way_chance
+    from colonysim.push.training.calibration import train_way_chance
 
-    from colonysim.push.feasibility import train_feasibility
-    from colonysim.push.training import train_push
+    from colonysim.push.training.forest import train_feasibility
+    from colonysim.push.training.trainer import train_push
 
     each(lambda value: train_push("improved", folder / "out", value), "seed", NO_SEED)
     each(lambda value: train_feasibility(folder / "out", value), "seed", NO_SEED)

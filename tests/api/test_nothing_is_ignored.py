@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import colonysim
 from colonysim.backends.nodeworld import NodeWorld
 from colonysim.cli import app
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, PluginError
 from colonysim.plots import draw
 from colonysim.policies.uniform import Uniform
 
@@ -20,8 +20,9 @@ PACKAGE = Path(colonysim.__file__).parent
 PROTOCOLS = {
     # methods that a protocol gives arguments which not everybody needs
     "__exit__", "advance", "at", "begin", "cancel", "feasible", "fields", "footprint", "keys", "reset", "start",
-    "_wait",  # a signal handler
+    "_wait", "_stop",  # signal handlers
     "scripted",  # an executor without chance
+    "decide", "deposit", "handle_error", "_show_warning",  # what the bench brings, what a server and `warnings` call
 }  # fmt: skip
 
 
@@ -103,8 +104,8 @@ def test_what_a_run_would_not_look_at(run, folder):
 def test_what_a_drawing_would_not_show(run, folder):
     hole = run.scenario.topology.ids[run.scenario.holes[0].node]
     for options, message in [
-        ({"what": ["map"], "hole": hole}, "only with H"),
-        ({"what": ["D", "H"], "box": 0}, "only with B"),
+        ({"what": ["map"], "hole": hole}, "only with a field that has a value for each hole"),
+        ({"what": ["D", "H"], "box": 0}, "only with a field that has a value for each box"),
         ({"what": "episodes", "episodes": [1]}, "show the whole run"),
         ({"what": ["workload", "fates"], "episodes": [1]}, "show the whole run"),
         ({"what": []}, "expected at least one"),
@@ -166,12 +167,12 @@ class Late(NodeWorld):
 @pytest.mark.parametrize("out", [None, "a/b/c", "there"])
 def test_a_run_that_could_not_start_leaves_no_directory(folder, out):
     (folder / "there").mkdir()
-    with pytest.raises(RuntimeError, match="no such place"):
+    with pytest.raises(PluginError, match="no such place"):
         colonysim.run("sanity", backend=Unready(), out=out)
     with pytest.raises(KeyError):
         colonysim.run("sanity", out=out, on_start=lambda run: {}["missing"])
     assert [path.name for path in folder.rglob("*")] == ["there"]
-    with pytest.raises(RuntimeError, match="out of order"):
+    with pytest.raises(PluginError, match="out of order"):
         colonysim.run("sanity", backend=Late(), out=out or "late")
     assert colonysim.Run.open(out or "late").status == "failed"
 

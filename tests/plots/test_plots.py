@@ -126,7 +126,7 @@ class _Scent:
         pass
 
     def frame(self) -> list[Any]:
-        return [Write(0, self._key, 1.5), Write(1, self._key, float("inf"))]
+        return [Write(0, self._key, 1.5), Write(1, self._key, 1e6)]
 
     def load(self, frame: Any) -> None:
         pass

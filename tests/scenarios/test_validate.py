@@ -52,7 +52,7 @@ def test_edges_longer_than_the_stall_are_warned_of():
     code, out, err = validated("easy", "--set", "stall_seconds=0.5")
     assert (code, out.count("valid")) == (0, 1)
     assert "Warning: easy: edge" in err
-    assert "to travel, longer than the stall_seconds of 0.5" in err
+    assert "to travel, longer than stall_seconds (0.5)" in err
     assert "to drive on a physics backend" in err
     assert "to push a box over" in err
     assert validated("easy", "--set", "timing.travels=[[0, 1, 700]]")[2].count("takes 700 s to travel") == 1

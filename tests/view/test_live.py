@@ -417,11 +417,9 @@ def test_rows_that_nobody_packs_in_time_are_not_waited_for(monkeypatch: pytest.M
 
 
 def test_the_command_serves_the_page_until_ctrl_c_on_a_terminal_and_ends_with_the_run_elsewhere(tmp_path: Path) -> None:
-    command = [
-        sys.executable, "-m", "colonysim", "run", "sanity", "-n", "2", "--seed", "10", "--json", "--pace", "0",
-    ]  # fmt: skip
+    command = [sys.executable, "-m", "colonysim", "run", "sanity", "-n", "2", "--seed", "10", "--json"]
     plain = json.loads(subprocess.run([*command, "--no-trace"], capture_output=True, check=True).stdout)
-    live = [*command, "--live", "--no-open"]
+    live = [*command, "--live", "--no-open", "--pace", "0"]
     done = subprocess.run([*live, "--out", str(tmp_path / "one")], capture_output=True, check=True, timeout=60)
     assert json.loads(done.stdout)["trace_sha256"] == plain["trace_sha256"]
     assert b"Live at http://127.0.0.1:" in done.stderr
