@@ -199,10 +199,9 @@ def test_checkers_worlds_and_the_bench():
 
 def test_the_push(folder):
     pytest.importorskip("pybullet")
-    from colonysim.push.training.evaluation import evaluate_push
-
     from colonysim.cli.pushes import PushRecorder
     from colonysim.push.executors import make_executor
+    from colonysim.push.training.evaluation import evaluate_push
 
     each(lambda value: evaluate_push("scripted", episodes=value), "episodes", NO_COUNT)
     each(lambda value: evaluate_push("scripted", seed=value), "seed", NO_SEED)
@@ -220,7 +219,6 @@ def test_trainings(folder):
     pytest.importorskip("torch")
     pytest.importorskip("sklearn")
     from colonysim.push.training.calibration import train_way_chance
-
     from colonysim.push.training.forest import train_feasibility
     from colonysim.push.training.trainer import train_push
 
