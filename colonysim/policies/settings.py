@@ -59,7 +59,8 @@ class StigmergySettings:
         step_past: Whether an agent that is shut in, or that comes to no useful box otherwise, steps to the node of a
             box to leave it on another side.
         restless: Choices in sight of boxes but with none to go for, in edges' lengths and units of the farthest node's
-            way to the goal, after which an agent tries whatever the place allows, for as many; null for never.
+            way to the goal, after which an agent tries whatever the place allows, for as many; three times as many
+            with no open hole in sight; null for never.
         collision: What keeps agents apart: "reservation" of the nodes that a mover needs, or "two_node", Algorithm 8.
         patience: How long a carrier waits before it drops its box, in the time of a travelled edge; null for ever.
         tries: Pushes that fail in a row before a carrier gives up its box for now; null for never.

@@ -66,7 +66,7 @@ cdef class Stigmergy:
         thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
     cdef Thought _explore(self, LocalView view, Kept memory, draw, int count)
-    @cython.locals(vain=int)
+    @cython.locals(vain="long long", passed=int)
     cdef Thought _look_about(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
         nodes="int[::1]", boxes="int[::1]", values="double[::1]", beside="int[::1]", pushes="int[::1]", i=int, j=int,

@@ -32,6 +32,9 @@ __all__ = ["Memory", "Stigmergy"]
 NEVER = 1 << 30
 """More choices than anybody makes."""
 
+HOLE_OPEN = 3
+"""A choice with an open hole in sight, but no box to go for, counts as much for restlessness as three without."""
+
 
 class Stigmergy:
     """The stigmergic policy in either of its presets, or with parameters of your own.
@@ -334,11 +337,13 @@ class Stigmergy:
         """With no box to go for: follows D, or roams for a while if that has led nowhere for long."""
         if self._restless == NEVER or not view.box_in_sight():
             return self._follow_distance(view, memory, draw, count)
-        vain = memory.vain + 1 if memory.vain < 2 * self._restless else 0
+        # With no open hole in sight a box is hardly of use, and D may well lead on: patience lasts longer.
+        passed = HOLE_OPEN if view.open_hole_in_sight() else 1
+        vain = memory.vain + passed if memory.vain < 2 * HOLE_OPEN * self._restless else 0
         memory = remembering(
             memory.epsilon, -1, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at, vain
         )
-        if vain > self._restless:
+        if vain > HOLE_OPEN * self._restless:
             return self._roam(view, memory, draw, count)
         return self._follow_distance(view, memory, draw, count)
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
 from itertools import islice
 from numbers import Real
 from reprlib import Repr
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from colonysim.backends.protocol import Done
 from colonysim.errors import ColonysimError, PluginError
@@ -110,6 +111,14 @@ class _Foreign:
         self.name: str = part.name
         self._nodes, self._boxes, self._holes = len(world.topology), len(world.box_node), len(world.scenario.holes)
         self._world = world
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Self:
+        """A copy in a copied world; what it knows the time by stays the same, and cannot be copied when compiled."""
+        memo[id(self._rows)] = self._rows
+        twin = memo[id(self)] = type(self).__new__(type(self))
+        for name, value in vars(self).items():
+            setattr(twin, name, deepcopy(value, memo))
+        return twin
 
     def _fault(self, why: str, agent: int | None = None) -> PluginError:
         who = "" if agent is None else f", agent {agent}"
