@@ -86,7 +86,9 @@ def load(group: str, name: str) -> Any:
     except ColonysimError:
         raise  # it says already what is missing
     except Exception as error:  # another's module may fail in any way; ours still owes a message
-        raise PluginError(f"{name!r} ({place}) cannot be loaded: {type(error).__name__}: {error}") from error
+        absent = isinstance(error, ModuleNotFoundError) and module.startswith(error.name or module)
+        hint = "; Python does not find it: install it, or name its folder in PYTHONPATH" if absent else ""
+        raise PluginError(f"{name!r} ({place}) cannot be loaded: {type(error).__name__}: {error}{hint}") from error
     return found
 
 
