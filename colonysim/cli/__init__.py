@@ -63,6 +63,9 @@ class Door(TyperGroup):
         except OSError as error:
             say(f"Error: {error.filename}: {error.strerror}" if error.filename else f"Error: {error}")
             raise SystemExit(ColonysimError.exit_code) from None
+        except MemoryError:
+            say("Error: there is not enough memory for this")
+            raise SystemExit(ColonysimError.exit_code) from None
 
     def invoke(self, ctx: Any) -> Any:
         """Runs the command that was asked for."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
@@ -13,7 +14,7 @@ from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.simulation.episode import Episode
-from colonysim.simulation.foreign import checked_backend, checked_policy
+from colonysim.simulation.foreign import checked_backend, checked_fields, checked_policy
 from colonysim.suggest import nearest
 from colonysim.trace.rows import Rows
 from colonysim.trace.schema import EVENT_KINDS
@@ -78,7 +79,7 @@ def simulate(
             raise ColonysimError(f"kinds: no events of kind {kind!r}; {nearest(str(kind), EVENT_KINDS)}")
     world, rows = World(scenario), Rows(scenario, sink, decisions, kinds)
     chosen = checked_policy(make_policy(policy, scenario), world, rows)
-    fields = chosen.fields(world)
+    fields = checked_fields(chosen, world, rows)
     if isinstance(sink, TraceWriter):
         sink.describe({name: bool(field.by_box) for name, field in fields.items()})
     if initial:
@@ -100,10 +101,15 @@ def simulate(
             yield from episode.run(number, memories, own, synchronous=mode == "synchronous")
             for field in fields.values():
                 field.end_episode()
+    except BaseException:
+        with suppress(Exception):  # what went wrong first is what counts
+            body.close()
+        raise
+    else:
+        body.close()
     finally:
         if episode is not None:
             episode.close()
-        body.close()
 
 
 def mode_of(scenario: Scenario, mode: str | None) -> str:

@@ -35,16 +35,24 @@ if TYPE_CHECKING:
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
 
-__all__ = ["ForeignBackend", "ForeignField", "ForeignPolicy", "checked_backend", "checked_policy", "overrides"]
+__all__ = [
+    "ForeignBackend", "ForeignField", "ForeignPolicy", "checked_backend", "checked_fields", "checked_policy",
+    "overrides",
+]  # fmt: skip
 
 _OWN = {place for group in ("backends", "policies") for name, place in BUILT_IN[group].items() if name != "mock"}
 _OWN |= {f"{kind.__module__}:{kind.__qualname__}" for kind in (BoxWorth, Distance, Exploration, HoleTrail)}
 """Whatever else is derived from them may answer as it likes; so may a script of the mock backend."""
 MOST = 4_000_000
 """No answer has so many items."""
+_LARGEST = 2.0**53
+"""Numbers up to this are exact everywhere."""
 _SHOWN = Repr()
 _SHOWN.maxother = _SHOWN.maxstring = 200
-_KINDS: dict[str, Any] = {"int": int, "float": Real, "text": str, "bool": bool, "ints": Sequence, "floats": Sequence}
+_LONGEST_TEXT = 1000
+"""Characters of a reason, and of a field's name: readers of a run take no longer ones."""
+_OF_BACKENDS = ("poses", "controls")
+"""The tables whose rows a backend may give; the others are the simulation's own."""
 
 
 def overrides(thing: object) -> bool:
@@ -57,6 +65,25 @@ def _own(thing: object) -> bool:
     return f"{kind.__module__}:{kind.__qualname__}" in _OWN and not overrides(thing)
 
 
+def checked_fields(policy: Policy, world: World, rows: Rows) -> dict[str, Field]:
+    """The fields of a policy by name; those of others, whoever carries them along, are looked at when they answer.
+
+    Raises:
+        PluginError: One is no field, or has a name that no trace could hold.
+    """
+    made = policy.fields(world)
+    if not isinstance(made, Mapping):
+        raise PluginError(f"policy {policy.name!r}: fields returns {_SHOWN.repr(made)}, expected fields by name")
+    found: dict[str, Field] = {}
+    for name, field in made.items():
+        if not _is_text(name):
+            raise PluginError(f"policy {policy.name!r}: a field's name is {_SHOWN.repr(name)}, expected some text")
+        if missing := lacking("fields", field):
+            raise PluginError(f"policy {policy.name!r}: field {name!r} {missing}")
+        found[name] = field if _own(field) else ForeignField(field, world, rows)
+    return found
+
+
 def checked_policy(policy: Policy, world: World, rows: Rows) -> Policy:
     """The policy itself if it is one of ours, else what looks at its answers."""
     return policy if _own(policy) else ForeignPolicy(policy, world, rows)
@@ -65,6 +92,32 @@ def checked_policy(policy: Policy, world: World, rows: Rows) -> Policy:
 def checked_backend(backend: Backend, world: World, rows: Rows) -> Backend:
     """The backend itself if it is one of ours, else what looks at its answers."""
     return backend if _own(backend) else cast("Backend", ForeignBackend(backend, world, rows))
+
+
+def _told(error: BaseException) -> str:
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:  # its words are another's code too
+        return type(error).__name__
+
+
+def _is_text(value: Any) -> bool:
+    """Whether a value is a text that a trace can hold and readers take."""
+    if not isinstance(value, str) or not 0 <= len(value) <= _LONGEST_TEXT:
+        return False
+    return value.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in value)
+
+
+def _fits(value: Any, kind: str) -> bool:
+    """Whether a value can stand in a column of a kind."""
+    if kind == "text":
+        return _is_text(value)
+    if kind == "bool":
+        return isinstance(value, bool)
+    if kind in ("ints", "floats"):
+        return isinstance(value, Sequence) and all(_fits(each, kind[:-1]) for each in value)
+    number = _real(value)
+    return number is not None and abs(number) <= _LARGEST and (kind == "float" or isinstance(value, int))
 
 
 def _whole(value: Any) -> int | None:
@@ -127,10 +180,10 @@ class _Foreign:
     def _call(self, method: str, *arguments: Any, agent: int | None = None) -> Any:
         try:
             return getattr(self._part, method)(*arguments)
-        except (ColonysimError, MemoryError):
-            raise  # the one says already what is wrong, the other is no fault of the part's
-        except Exception as error:  # another's code may fail in any way; ours still owes a message
-            raise self._fault(f"{method} raises {type(error).__name__}: {error}", agent) from error
+        except (ColonysimError, MemoryError, KeyboardInterrupt):
+            raise  # the first says already what is wrong, the others are no fault of the part's
+        except BaseException as error:  # another's code may fail in any way, exit() included; ours still owes a message
+            raise self._fault(f"{method} raises {_told(error)}", agent) from error
 
     def _listed(self, method: str, given: Any, agent: int | None = None) -> list[Any]:
         try:
@@ -206,18 +259,8 @@ class ForeignPolicy(_Foreign):
         super().__init__(policy, "policy", world, rows)
 
     def fields(self, world: World) -> Mapping[str, Field]:
-        """Fields by the name that they have themselves; those of others are looked at too."""
-        made = self._call("fields", world)
-        if not isinstance(made, Mapping):
-            raise self._fault(f"fields returns {_SHOWN.repr(made)}, expected fields by name")
-        found: dict[str, Field] = {}
-        for name, field in made.items():
-            if not isinstance(name, str):
-                raise self._fault(f"fields names a field {_SHOWN.repr(name)}, expected some text")
-            if missing := lacking("fields", field):
-                raise self._fault(f"field {name!r} {missing}")
-            found[name] = field if _own(field) else ForeignField(field, world, self._rows)
-        return found
+        """It may raise; `checked_fields` looks at what it gives."""
+        return cast("Mapping[str, Field]", self._call("fields", world))
 
     def begin(self, agent: int, memory: Any) -> Any:
         """It may raise."""
@@ -385,8 +428,8 @@ class ForeignBackend(_Foreign):
             why = "expected an Outcome"
         elif outcome.status not in ("arrived", "blocked", "failed"):
             why = "there is no such status"
-        elif not isinstance(outcome.reason, str) or not isinstance(outcome.lost, bool):
-            why = "expected a reason in words, and for lost True or False"
+        elif not _is_text(outcome.reason) or not isinstance(outcome.lost, bool):
+            why = f"expected a reason in at most {_LONGEST_TEXT} characters, and for lost True or False"
         else:
             try:
                 node, kept = _whole(outcome.node), tuple([_whole(each) for each in _listed(outcome.keeps)])
@@ -424,13 +467,13 @@ class ForeignBackend(_Foreign):
         for each in given:
             try:
                 table, row = each
-                columns = list(TABLES.get(table, {}).items())[1:]  # the simulation puts the episode in front
-                fits = not columns or len(row) == len(columns)
-                fits = fits and all(isinstance(v, _KINDS[kind]) for v, (_, kind) in zip(row, columns, strict=False))
-            except (TypeError, ValueError, AttributeError):
+                kinds = [*TABLES[table].values()][1:]  # the simulation puts the episode in front
+                fits = table in _OF_BACKENDS and len(row) == len(kinds)
+                fits = fits and all(_fits(value, kind) for value, kind in zip(row, kinds, strict=True))
+            except (TypeError, ValueError, LookupError):
                 fits = False
             if not fits:
-                raise self._fault(f"rows returns {_SHOWN.repr(each)}, expected rows of the trace's tables")
+                raise self._fault(f"rows returns {_SHOWN.repr(each)}, expected rows of {' and '.join(_OF_BACKENDS)}")
         return given
 
     def close(self) -> None:
