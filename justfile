@@ -26,7 +26,7 @@ newest torch="torch":
     .venv-newest/bin/ruff check
     .venv-newest/bin/mypy
     .venv-newest/bin/lint-imports
-    .venv-newest/bin/pytest
+    .venv-newest/bin/pytest -n auto
 
 # Style and common mistakes
 lint:
@@ -42,7 +42,7 @@ layers:
 
 # Tests; arguments go to pytest
 test *args:
-    {{bin}}/pytest {{args}}
+    {{bin}}/pytest -n auto {{args}}
 
 # Thousands of random inputs, hundreds of kills: minutes long, and not part of the plain suite
 slow *args:

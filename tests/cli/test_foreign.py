@@ -150,7 +150,8 @@ def test_a_run_that_is_not_finished_says_so(tmp_path: Path, monkeypatch: pytest.
     ):
         file.write_text(json.dumps(about | changes))
         for words in READERS:
-            if words[0] not in ("results", "verify"):
+            slow = words[0] in ("plot", "video") and changes["status"] != "interrupted"  # the first time is enough
+            if words[0] not in ("results", "verify") and not slow:
                 result = told(words, "run", "run")
                 assert f"run: {said}\n" in result.stderr, (words, result.output)
 
