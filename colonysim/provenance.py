@@ -7,7 +7,6 @@ files: nothing is imported or run.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.machinery
 import json
@@ -18,10 +17,11 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution,
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.imports import imports_of
 from colonysim.plugins import BUILT_IN, available
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from importlib.machinery import ModuleSpec
 
 __all__ = ["TAG", "Sources", "parts_of", "sources_of", "unknown_in"]
@@ -113,15 +113,16 @@ def sources_of(module: str) -> dict[str, str]:
     """Fingerprints of a module, of all source files that it imports, one through the other, and of their packages.
 
     Modules of colonysim and of Python itself are left out. What is installed counts as a package: its version and a
-    hash of its files as they were installed. Imports are found in the source text, inside functions too; a name that
-    is put together while the program runs is not seen, nor is a file that the code reads.
+    hash of its files as they were installed. Imports are found in the source text, inside functions too; of a name
+    that is put together while the program runs it is only seen that there is one, and of a file that the code reads
+    nothing.
 
     Args:
         module: Its full name, as in "package.module".
 
     Returns:
         By name of the module or package: "sha256 ..." of a source file, "1.2.3 sha256 ..." of a package, or
-        "unknown: ..." with the reason.
+        "unknown: ..." with the reason; under "NAME imports" where a module imports what cannot be known.
     """
     found: dict[str, str] = {}
     waiting = [module]
@@ -151,7 +152,10 @@ def sources_of(module: str) -> dict[str, str]:
                 found[name] = f"{UNKNOWN}: {_why_not(name)}"
             continue
         found[name] = _hash(source)
-        waiting.extend(_imports(source, name, bool(spec.submodule_search_locations)))
+        names, line = imports_of(source, name, bool(spec.submodule_search_locations))
+        waiting.extend(names)
+        if line is not None:
+            found[f"{name} imports"] = f"{UNKNOWN}: what {name!r} imports in line {line} shows only while it runs"
     return dict(sorted(found.items()))
 
 
@@ -219,31 +223,6 @@ def _content(name: str, spec: ModuleSpec) -> bytes | None:
     except (AttributeError, ImportError, OSError, SyntaxError, UnicodeError):
         return None
     return None if source is None else source.encode("utf-8", "surrogatepass")
-
-
-def _imports(source: bytes, module: str, is_package: bool) -> Iterator[str]:
-    """Names of modules that a source may import; some may be names inside a module."""
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return  # a compiled module, or one that cannot be imported anyway
-    package = module if is_package else module.rpartition(".")[0]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            base = node.module or ""
-            if node.level:
-                above = package.split(".")[: len(package.split(".")) - node.level + 1]
-                base = ".".join([*above, *([base] if base else [])])
-            if base:
-                yield base
-                yield from (f"{base}.{alias.name}" for alias in node.names if alias.name != "*")
-        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            name = node.args[0].value
-            if called in ("import_module", "__import__") and isinstance(name, str) and name.strip("."):
-                yield name  # of one that begins with a dot nothing is found
 
 
 def _owner(name: str, spec: ModuleSpec) -> str | None:

@@ -17,7 +17,7 @@ from colonysim.simulation import mode_of, simulate
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
-from colonysim.world.loading import load_scenario
+from colonysim.world.loading import load_scenario, refuse_contradictions
 from colonysim.world.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -60,7 +60,8 @@ def run(
         backend: Name of a backend, or one.
         policy: Name of a policy, a factory, or a policy; the scenario's own if None.
         variant: One of the scenario file's variants; only with a path or a name, as a `Scenario` is one already.
-        overrides: Fields of the scenario to set, as for `load_scenario`; only with a path or a name.
+        overrides: Fields of the scenario to set, as for `load_scenario`; only with a path or a name, and none that
+            `policy`, `mode` or `episodes` set too.
         mode: "asynchronous" or "synchronous"; the scenario's own if None.
         episodes: How many; the scenario's own number if None.
         seed: Together with the scenario it makes the run; a whole number from 0.
@@ -89,6 +90,7 @@ def run(
     # Whatever is wrong with the request is found before a directory is made for it.
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario, variant, overrides)
+        refuse_contradictions(scenario, {"policy": policy, "mode": mode, "episodes": episodes})
     elif variant is not None or overrides:
         raise ColonysimError(
             "variant and overrides: the scenario is loaded already; give them to load_scenario, or run its path or name"

@@ -133,7 +133,7 @@ def command(
     from colonysim.errors import ColonysimError
     from colonysim.files import shown_path
     from colonysim.recording import run
-    from colonysim.world.loading import load_scenario
+    from colonysim.world.loading import load_scenario, refuse_contradictions
 
     options = _backend_options(backend, push, feasibility, gui)
     if (port or no_open) and not live:
@@ -144,6 +144,7 @@ def command(
     if no_trace and out is not None:
         raise ColonysimError("--no-trace and --out: the run is either recorded or not")
     loaded = load_scenario(scenario, variant, settings)
+    refuse_contradictions(loaded, {"--policy": policy, "--mode": mode, "--episodes": episodes})
     count = loaded.episodes if episodes is None else episodes
     begun: list[Run] = []
     with ExitStack() as open_until_the_end:

@@ -257,9 +257,35 @@ def _read(path: Path) -> tuple[_File, Path, Places]:
 
 def _checked(document: Mapping[str, Any], places: Places) -> _File:
     try:
-        return _File.model_validate(document)
+        file = _File.model_validate(document)
     except ValidationError as error:
         raise _complaint(error, document, places) from None
+    _refuse_contradictions(file, places)
+    return file
+
+
+def _refuse_contradictions(file: _File, places: Places) -> None:
+    """Refuses settings that would not hold, so that results were labelled with what was never in force."""
+    elsewhere: dict[str, tuple[str, Sequence[Any]]] = {
+        "policy": ("policies", file.policies), "mode": ("modes", file.modes), "episodes": ("episodes", [file.episodes]),
+    }  # fmt: skip
+    before: list[str] = []
+    for key in _keys(file):
+        name, values = elsewhere.get(key.removesuffix(".name"), ("", ()))
+        if any(value is not None for value in values):
+            raise places.fault(_place(key, file), f"contradicts `{name}:`, which sets that too; leave out either")
+        if undone := next((earlier for earlier in before if earlier.startswith(f"{key}.")), None):
+            raise places.fault(_place(key, file), f"takes the place of {undone!r}, set before it; put it first")
+        before.append(key)
+
+
+def _keys(file: _File) -> list[str]:
+    """Paths of the fields that are set, in that order."""
+    return [*file.grid, *(file.sample.ranges if file.sample else ())]
+
+
+def _place(key: str, file: _File) -> str:
+    return f"grid.{key}" if key in file.grid else f"sample.ranges.{key}"
 
 
 def _sweep(file: _File, folder: Path, places: Places) -> Sweep:
@@ -334,7 +360,7 @@ def _trials(
     seen: set[str] = set()
     for place, scenario, variant in places_of:
         for parameters in settings:
-            loaded = _loaded(place, scenario, variant, parameters, file.policies, folder, places)
+            loaded = _loaded(place, scenario, variant, parameters, file, folder, places)
             for (backend, policy, mode), seed in itertools.product(ways, seeds):
                 trial = Trial(
                     scenario, variant, backend.name, dict(backend.model_extra or {}), policy, mode, parameters,
@@ -376,19 +402,23 @@ def _drawn(sample: _Sample) -> Iterator[dict[str, float]]:
 
 
 def _loaded(
-    place: str, scenario: str, variant: str | None, parameters: Mapping[str, Any], policies: Sequence[str | None],
-    folder: Path, places: Places,
+    place: str, scenario: str, variant: str | None, parameters: Mapping[str, Any], file: _File, folder: Path,
+    places: Places,
 ) -> Scenario:  # fmt: skip
     """A scenario under these settings; a setting that does not fit it is an error here."""
-    file = found(scenario, folder)
-    if is_stream(Path(file)):
+    path = found(scenario, folder)
+    if is_stream(Path(path)):
         raise places.fault(place, f"{scenario}: can be read once, and each trial reads its scenario; expected a file")
+    own = next((_place(key, file) for key in ("policy.name", "policy") if key in parameters), place)
+    at = place
     try:
-        loaded = load_scenario(file, variant, parameters)
-        for policy in policies:
+        loaded = load_scenario(path, variant, parameters)
+        for n, policy in enumerate(file.policies):
+            at = own if policy is None else f"policies.{n}"
             make_policy(policy, loaded)
     except ColonysimError as error:
-        raise places.fault(place, str(error)) from None
+        named = next((key for key in parameters if str(error).startswith(f"--set {key}=")), None)
+        raise places.fault(_place(named, file) if named else at, str(error)) from None
     return loaded
 
 

@@ -30,7 +30,14 @@ from colonysim.world.source import (
     read_text,
 )
 
-__all__ = ["list_scenarios", "load_scenario", "load_variants", "plain_data", "scenario_from_document"]
+__all__ = [
+    "list_scenarios",
+    "load_scenario",
+    "load_variants",
+    "plain_data",
+    "refuse_contradictions",
+    "scenario_from_document",
+]
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
@@ -88,6 +95,23 @@ def scenario_from_document(
         ScenarioError: As for `load_scenario`, without line and column.
     """
     return _made(_Draft(plain_data(document, source), {}, source), variant, overrides)
+
+
+def refuse_contradictions(scenario: Scenario, given: Mapping[str, Any]) -> None:
+    """Refuses fields that were set though something given besides them takes their place.
+
+    Args:
+        scenario: As it was loaded, with overrides.
+        given: Policy, mode and number of episodes, None for the scenario's own; by their names, dashes before them.
+
+    Raises:
+        ScenarioError: One of these fields was set as well.
+    """
+    for said, value in given.items():
+        field = said.lstrip("-")
+        for path in (field, f"{field}.name"):
+            if value is not None and path in scenario.overrides:
+                raise scenario.fault(path, f"contradicts {said}, which sets that too; leave out either")
 
 
 def _opened(path_or_name: str | Path) -> tuple[dict[str, Any], dict[str, tuple[int, int]], str]:

@@ -90,6 +90,52 @@ def test_a_module_with_all_that_it_imports_beside_it_and_nothing_is_run(written)
     sys.path.remove(str(folder / "own.zip"))
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        "import importlib\nimportlib.import_module(name='own_i.helper')",
+        "import importlib\nimportlib.import_module('.helper', 'own_i')",
+        "import importlib as il\nil.import_module('.helper', package='own_i')",
+        "from importlib import import_module as im\nim('own_i.helper')",
+        "import importlib\nim = importlib.import_module\nim('own_i.helper')",
+        "__import__('own_i', fromlist=['helper'])",
+        "import runpy\nrunpy.run_module('own_i.helper')",
+        "from runpy import run_module as rm\nrm(mod_name='own_i.helper')",
+        "import pkgutil\npkgutil.resolve_name('own_i.helper:K')",
+        "import pkgutil\npkgutil.resolve_name('own_i.helper.K')",
+    ],
+)
+def test_an_import_by_a_constant_is_followed_whichever_function_does_it(written, call):
+    written(**{"own_i/__init__": "", "own_i/helper": "K = 1\n", "own_f": f"{call}\n"})
+    assert list(sources_of("own_f")) == ["own_f", "own_i", "own_i.helper"]
+
+
+def test_relative_imports_by_a_call_within_a_package(written):
+    text = "import importlib\nimportlib.import_module('.helper', __package__)\n__import__('far', globals(), level=1)\n"
+    written(**{"own_i/__init__": "", "own_i/helper": "", "own_i/far": "", "own_i/near": text})
+    assert list(sources_of("own_i.near")) == ["own_i", "own_i.far", "own_i.helper", "own_i.near"]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "import importlib\nimportlib.import_module(f'own_{1}')",
+        "from importlib import import_module as im\nim('.helper', package=sys.argv[0])",
+        "name = 'os'\n__import__(name)",
+        "import runpy\nrunpy.run_module(*sys.argv)",
+        "import runpy\nrunpy.run_path('own.py')",
+        "import pkgutil\npkgutil.resolve_name(name=sys.argv[0])",
+    ],
+)
+def test_an_import_by_another_name_is_unknown(written, monkeypatch, call):
+    folder = written(own_g=f"from own_h import x\n{POLICY.format(beside='sys')}", own_h=f"import sys\nx = 1\n{call}\n")
+    line = call.count("\n") + 3
+    [told] = unknown_in({"own_g:Mine": sources_of("own_g")})
+    assert told == f"own_g:Mine: what 'own_h' imports in line {line} shows only while it runs"
+    (folder / "own_h.py").write_text("x = 1\nclass P:\n    def resolve_name(self, x): self.run_module(x)\n")
+    assert unknown_in({"own_g:Mine": sources_of("own_g")}) == []
+
+
 def test_one_s_own_module_that_is_called_like_one_of_python_s(written):
     folder = written(own_e="import this\n")
     assert list(sources_of("own_e")) == ["own_e"]
