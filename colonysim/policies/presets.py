@@ -14,11 +14,14 @@ __all__ = ["Colony", "Oracle", "Paper"]
 
 
 class Colony(Stigmergy):
-    """The recommended rule set, whatever preset the scenario names."""
+    """The recommended rule set, whatever preset the scenario's file names; one that was set besides is refused."""
 
     preset = "colony"
 
     def __init__(self, scenario: Scenario) -> None:
+        named = scenario.parameters.get("preset", self.preset)
+        if "policy.preset" in scenario.overrides and named != self.preset:
+            raise scenario.fault("policy.preset", f"contradicts the policy {self.preset!r}; leave out either")
         super().__init__(scenario, settings_for(scenario, self.preset, override=True))
         self.name = self.preset
 

@@ -138,12 +138,9 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: Flag =
         override: Whether `preset` holds even if the scenario names another.
 
     Raises:
-        ScenarioError: A parameter is unknown or out of its range; the message says where and what was expected. Or
-            a preset was set from outside the scenario's file that would not hold.
+        ScenarioError: A parameter is unknown or out of its range; the message says where and what was expected.
     """
     parameters: Mapping[str, Any] = scenario.parameters
-    if override and "policy.preset" in scenario.overrides and parameters.get("preset", preset) != preset:
-        raise scenario.fault("policy.preset", f"contradicts the policy {preset!r}, a preset itself; leave out either")
     chosen = preset if override else parameters.get("preset", preset)
     if not isinstance(chosen, str) or chosen not in PRESETS:
         raise scenario.fault("policy.preset", f"no preset {printable(repr(chosen))}; {nearest(str(chosen), PRESETS)}")
