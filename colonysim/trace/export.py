@@ -46,8 +46,8 @@ def export(run: Run, table: str, kind: Kind, out: Path, episodes: Collection[int
     """
     if kind not in KINDS:
         raise TraceError(f"no format {kind!r}; {nearest(str(kind), KINDS)}")
-    run.check_apart(out)
     rows = _rows(run, table, episodes)
+    run.check_apart(out)
     with replacing(out, TraceError) as temporary:
         if kind == "parquet":
             import pyarrow.parquet as pq

@@ -182,7 +182,7 @@ class Run:
             if self.table(name).num_rows:
                 self._rows(name).check_places(self.scenario, self.by_box)
 
-    def check_apart(self, out: Path) -> None:
+    def check_apart(self, out: str | Path) -> None:
         """Checks that a file which is to be written is none of the run's own: neither its manifest nor in a table.
 
         Raises:
@@ -191,7 +191,7 @@ class Run:
         if self.path is None:
             return
         try:
-            within = out.resolve().relative_to(self.path.resolve()).parts
+            within = Path(out).resolve().relative_to(self.path.resolve()).parts
         except (OSError, ValueError, RuntimeError):  # elsewhere, or no name of a file at all
             return
         if within and within[0] in (MANIFEST, *TABLES):

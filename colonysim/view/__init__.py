@@ -40,7 +40,7 @@ def write_page(
     from colonysim.view.page import page
 
     if out is not None:
-        run.check_apart(Path(out))
+        run.check_apart(out)
     text = page(gather(run, choose_episodes(run, episodes, tell or (lambda message: None))))
     if out is None:
         assert run.path is not None  # or its tables could not have been read
