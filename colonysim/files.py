@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import stat
 import sys
+import tempfile
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,14 +35,15 @@ MAX_DEPTH = 64
 def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Iterator[Path]:
     r"""A temporary path beside `path`, which takes its place when the block ends well and is removed otherwise.
 
-    Missing parent folders are made.
+    Missing parent folders are made. Where `path` is a link, what it leads to is replaced. A pipe or a device is not
+    replaced: what was written goes into it when the block ends well.
 
     Args:
         path: The file to write.
         error: What to raise if it cannot be written.
 
     Raises:
-        ColonysimError: The file cannot be written; what stood there before is untouched.
+        ColonysimError: The file cannot be written; what stood there before is untouched. Or it is a directory.
 
     Example:
         ```python
@@ -48,17 +51,58 @@ def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Itera
             temporary.write_text("a,b")
         ```
     """
-    temporary = _beside(path)
     try:
+        target = _replaced(path, error)
+    except (OSError, ValueError) as reason:
+        raise _unwritten(path, reason, error) from reason
+    try:
+        if target is None:
+            with tempfile.TemporaryDirectory(prefix="colonysim-") as folder:
+                temporary = Path(folder) / "content"
+                yield temporary
+                _pour(temporary, path)
+            return
+        temporary = _beside(target)
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            target.parent.mkdir(parents=True, exist_ok=True)
             yield temporary
-            temporary.replace(path)
+            temporary.replace(target)
         except BaseException:
             temporary.unlink(missing_ok=True)
             raise
     except OSError as reason:
-        raise error(f"{path}: cannot be written: {reason.strerror or reason}") from reason
+        raise _unwritten(path, reason, error) from reason
+
+
+def _replaced(path: Path, error: type[ColonysimError]) -> Path | None:
+    """The ordinary file that a writer replaces, behind all links; None where a pipe or a device is written into."""
+    try:
+        found = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return path.resolve()
+    if stat.S_ISDIR(found.st_mode):
+        _check_ordinary(path, found.st_mode, error)
+    if not stat.S_ISREG(found.st_mode):
+        return None
+    target = path.resolve()
+    # A file that is open but has no name any more, behind a name such as /dev/stdout.
+    return target if target.exists() and target.samefile(path) else None
+
+
+def _pour(source: Path, target: Path) -> None:
+    """Copies a file into a pipe, a device or whatever else is there."""
+    # Not to be made: some systems refuse that of others' pipes in a shared folder.
+    with source.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY | getattr(os, "O_BINARY", 0)), "wb") as to:
+        shutil.copyfileobj(content, to)
+
+
+def _unwritten(path: Path, reason: Exception, error: type[ColonysimError]) -> ColonysimError:
+    return error(f"{path}: cannot be written: {_told(reason)}")
+
+
+def _told(reason: Exception) -> str:
+    """What the system said, or Python of a name that no file can have."""
+    return getattr(reason, "strerror", None) or str(reason)
 
 
 def replace_file(path: Path, content: bytes | str, error: type[ColonysimError] = ColonysimError) -> None:
@@ -93,8 +137,8 @@ def create_file(path: Path, content: str, error: type[ColonysimError] = Colonysi
             temporary.unlink(missing_ok=True)
     except FileExistsError:
         raise
-    except OSError as reason:
-        raise error(f"{path}: cannot be written: {reason.strerror or reason}") from reason
+    except (OSError, ValueError) as reason:
+        raise _unwritten(path, reason, error) from reason
 
 
 def _beside(path: Path) -> Path:
@@ -119,8 +163,8 @@ def alone(directory: Path, what: str, error: type[ColonysimError] = ColonysimErr
     try:
         directory.mkdir(parents=True, exist_ok=True)
         file = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-    except OSError as reason:
-        raise error(f"{directory}: cannot be written to: {reason.strerror or reason}") from reason
+    except (OSError, ValueError) as reason:
+        raise error(f"{directory}: cannot be written to: {_told(reason)}") from reason
     try:
         try:
             _lock(file)
@@ -175,7 +219,7 @@ def read_file(path: Path, error: type[ColonysimError] = ColonysimError, most: in
     except FileNotFoundError:
         raise error(f"{path}: no such file") from None
     except (OSError, ValueError) as reason:
-        raise error(f"{path}: cannot be read: {getattr(reason, 'strerror', None) or reason}") from None
+        raise error(f"{path}: cannot be read: {_told(reason)}") from None
 
 
 def _check_ordinary(path: Path, mode: int, error: type[ColonysimError]) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import typer
 
 __all__ = ["EXAMPLES", "command"]
 
+_Format = Literal["csv", "json", "parquet", "rrd"]
 EXAMPLES = """\b
 Examples:
   colonysim export runs/hard-nodeworld-s0-1 episodes
@@ -22,15 +23,13 @@ def command(
     path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
     table: Annotated[
         str | None,
-        typer.Argument(
-            help="events, decisions, deposits, poses, controls, frames or episodes.", show_default="events"
-        ),
+        typer.Argument(help="events, decisions, deposits, poses, controls, frames or episodes.", show_default="events"),
     ] = None,
     episodes: Annotated[
         str | None, typer.Option("--episodes", help="Only these, such as 1,3,10 or 1-5.", show_default="all")
     ] = None,
     kind: Annotated[
-        Literal["csv", "json", "parquet", "rrd"] | None,
+        _Format | None,
         typer.Option("--format", "-f", help="[default: by the name of the file, else csv]"),
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="[default: standard output]")] = None,
@@ -46,7 +45,7 @@ def command(
     from colonysim.errors import TraceError
     from colonysim.trace.export import as_texts, export
 
-    chosen = kind or _by_name(out)
+    chosen = _format(out, kind)
     wanted = None if episodes is None else read_numbers(episodes)
     if out is None:
         if chosen in ("parquet", "rrd"):
@@ -67,14 +66,14 @@ def command(
     say(f"{rows} rows in {out}")
 
 
-def _by_name(out: Path | None) -> Literal["csv", "json", "parquet", "rrd"]:
+def _format(out: Path | None, asked: _Format | None) -> _Format:
+    """The format that was asked for, or that of the name; the two must not say different things."""
     from colonysim.errors import TraceError
-    from colonysim.trace.export import KINDS
 
-    suffix = out.suffix.lstrip(".") if out else "csv"
-    if suffix == "rrd":
-        return "rrd"
-    for kind in KINDS:
-        if kind == suffix:
-            return kind
-    raise TraceError(f"{out}: cannot tell the format from the name; add --format csv, json, parquet or rrd")
+    suffix = out.suffix.lstrip(".").lower() if out else asked or "csv"
+    named = next((kind for kind in get_args(_Format) if kind == suffix), None)
+    if asked and named and asked != named:
+        raise TraceError(f"{out}: the name says {named}, --format says {asked}; leave out one or change it")
+    if (chosen := asked or named) is None:
+        raise TraceError(f"{out}: cannot tell the format from the name; add --format csv, json, parquet or rrd")
+    return chosen

@@ -99,6 +99,7 @@ def draw(
     with matplotlib.rc_context({"text.parse_math": False}):
         for name, make in jobs:
             path = Path(out) / f"{name}.{kind}"
+            run.check_apart(path)
             save(make(), path, kind, dpi)
             images.append(path)
     return images

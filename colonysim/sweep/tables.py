@@ -76,8 +76,8 @@ def _write(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     import pyarrow.parquet as pq
 
     columns = {name: _column([row[name] for row in rows]) for name in (rows[0] if rows else {"trial": None})}
-    with replacing(path) as temporary:
-        pq.write_table(pa.table(columns), temporary)
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        pq.write_table(pa.table(columns), file)
 
 
 def _column(values: Sequence[Any]) -> list[Any]:

@@ -41,19 +41,22 @@ def export(run: Run, table: str, kind: Kind, out: Path, episodes: Collection[int
         The number of rows.
 
     Raises:
-        TraceError: No such table, format or episode, a damaged part, or the file cannot be written.
+        TraceError: No such table, format or episode, a damaged part, or the file cannot be written, or is part of the
+            run.
     """
     if kind not in KINDS:
         raise TraceError(f"no format {kind!r}; {nearest(str(kind), KINDS)}")
     rows = _rows(run, table, episodes)
+    run.check_apart(out)
     with replacing(out, TraceError) as temporary:
         if kind == "parquet":
             import pyarrow.parquet as pq
 
-            pq.write_table(rows, temporary)
+            with temporary.open("wb") as file:
+                pq.write_table(rows, file)
         else:
-            with temporary.open("w", encoding="utf-8", newline="") as file:
-                file.writelines(_texts(rows, kind))
+            with temporary.open("w", encoding="utf-8", newline="") as text:
+                text.writelines(_texts(rows, kind))
     return int(rows.num_rows)
 
 

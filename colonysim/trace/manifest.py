@@ -110,7 +110,8 @@ def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
 
 
 def _text(manifest: Mapping[str, Any]) -> str:
-    return json.dumps(manifest, indent=2, ensure_ascii=False) + "\n"
+    text = json.dumps(manifest, indent=2, ensure_ascii=False) + "\n"
+    return text.encode(errors="replace").decode()  # names of files may hold what is no text
 
 
 def is_run(directory: Path) -> bool:
@@ -160,6 +161,8 @@ def prepare_directory(out: Path | None, manifest: Mapping[str, Any]) -> Path:
         directory = _named_after(manifest) if out is None else _empty(out)
     except OSError as error:
         raise TraceError(f"{error.filename or out}: cannot be made: {error.strerror or error}") from error
+    except ValueError as error:
+        raise TraceError(f"{out}: cannot be made: {error}") from error
     try:
         create_file(directory / MANIFEST, _text(manifest), TraceError)
     except FileExistsError:

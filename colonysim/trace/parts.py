@@ -84,10 +84,11 @@ def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Co
     # Without the Arrow schema texts come back as plain strings, whatever dictionary wrote them.
     # Numbers hardly repeat: looking for it (a dictionary) and bounds (statistics) cost more than they save.
     texts = [name for name, part in columns.items() if part.kind == "text"]
-    with replacing(path, TraceError) as temporary:
+    # An open file: Arrow takes no name that is not text.
+    with replacing(path, TraceError) as temporary, temporary.open("wb") as file:
         pq.write_table(
             arrow_table(columns, codes),
-            temporary,
+            file,
             store_schema=False,
             compression="snappy",
             use_dictionary=texts,

@@ -182,6 +182,21 @@ class Run:
             if self.table(name).num_rows:
                 self._rows(name).check_places(self.scenario, self.by_box)
 
+    def check_apart(self, out: str | Path) -> None:
+        """Checks that a file which is to be written is none of the run's own: neither its manifest nor in a table.
+
+        Raises:
+            TraceError: It is.
+        """
+        if self.path is None:
+            return
+        try:
+            within = Path(out).resolve().relative_to(self.path.resolve()).parts
+        except (OSError, ValueError, RuntimeError):  # elsewhere, or no name of a file at all
+            return
+        if within and within[0] in (MANIFEST, *TABLES):
+            raise TraceError(f"{out}: is part of the run; write to another file")
+
     def by_box(self, field: str) -> bool:
         """Whether the values of a pheromone field belong to boxes instead of nodes; without the field's own code."""
         told = self.manifest.get("fields", {}).get(field)

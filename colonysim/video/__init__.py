@@ -49,13 +49,14 @@ def write_video(
         progress: Is told after each frame how many are done, and of how many.
 
     Raises:
-        TraceError: The run kept no trace, is one of single pushes, or has no such episode.
+        TraceError: The run kept no trace, is one of single pushes, has no such episode, or `out` is part of it.
         ColonysimError: Nothing can be written to that path, or not in that size or length.
     """
     path = Path(out)
     ending = path.suffix.lower()
     if ending not in SIZES:
         raise ColonysimError(f"{path}: a video ends in {' or '.join(SIZES)}")
+    run.check_apart(path)
     if not overwrite and _exists(path):
         raise ColonysimError(f"{path}: exists already; it is not overwritten")
     width, height = _size(size or SIZES[ending])

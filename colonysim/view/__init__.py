@@ -31,13 +31,16 @@ def write_page(
         tell: Is told, before the page is made, what it leaves out or that it will be a large one.
 
     Raises:
-        TraceError: The run kept no trace, has no such episode, or the page would be larger than 100 MB.
+        TraceError: The run kept no trace, has no such episode, the page would be larger than 100 MB, or `out` is part
+            of the run.
         ColonysimError: The file cannot be written.
     """
     from colonysim.view.content import gather
     from colonysim.view.extent import choose_episodes
     from colonysim.view.page import page
 
+    if out is not None:
+        run.check_apart(out)
     text = page(gather(run, choose_episodes(run, episodes, tell or (lambda message: None))))
     if out is None:
         assert run.path is not None  # or its tables could not have been read

@@ -43,8 +43,9 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
 
     Raises:
         MissingExtraError: rerun-sdk is not installed.
-        ColonysimError: There is nothing to record, or the file cannot be written.
+        ColonysimError: There is nothing to record, or the file cannot be written or is part of the run.
     """
+    run.check_apart(out)
     try:
         import rerun
     except ImportError:

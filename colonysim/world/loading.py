@@ -94,7 +94,10 @@ def scenario_from_document(
     Raises:
         ScenarioError: As for `load_scenario`, without line and column.
     """
-    return _made(_Draft(plain_data(document, source), {}, source), variant, overrides)
+    value = plain_data(document, source)
+    if not isinstance(value, dict):
+        raise ScenarioError(f"{source}: is a value of type {type(document).__name__}, expected a mapping of fields")
+    return _made(_Draft(value, {}, source), variant, overrides)
 
 
 def refuse_contradictions(scenario: Scenario, given: Mapping[str, Any]) -> None:

@@ -22,6 +22,7 @@ WRITERS = {
     "rows.csv": ["export", "RUN", "decisions", "-o", "FILE"],
     "rows.parquet": ["export", "RUN", "decisions", "-o", "FILE"],
 }
+_OVER = {".mp4": ["--overwrite"], ".gif": ["--overwrite"]}
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,30 @@ def test_a_name_that_is_too_long_or_leads_through_a_file(name: str, recorded: Pa
     for file in (tmp_path / f"{'x' * 300}{name}", tmp_path / "file" / name):
         assert "cannot be written" in call(WRITERS[name], recorded, file)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_is_part_of_the_run_is_not_overwritten(name: str, recorded: Path, tmp_path: Path) -> None:
+    pytest.importorskip("av" if name.startswith("film") else "matplotlib")
+    ending = "" if name == "figures" else Path(name).suffix
+    before = {path: path.read_bytes() for path in recorded.rglob("*") if path.is_file()}
+    (tmp_path / "link").symlink_to(recorded, target_is_directory=True)
+    (tmp_path / f"manifest{ending}").symlink_to(recorded / "manifest.json")
+    for file in (recorded / "events" / name, tmp_path / "link" / "poses" / name, tmp_path / f"manifest{ending}"):
+        if name != "figures" or file.name == name:
+            assert "is part of the run" in call([*WRITERS[name], *_OVER.get(ending, ())], recorded, file)
+    assert {path: path.read_bytes() for path in recorded.rglob("*") if path.is_file()} == before
+
+
+def test_a_recording_is_not_written_over_the_run(recorded: Path) -> None:
+    assert "is part of the run" in call(["export", "RUN", "-f", "rrd", "-o", "FILE"], recorded, recorded / "events/a")
+
+
+def test_a_name_that_says_another_format_than_was_asked_for(recorded: Path, tmp_path: Path) -> None:
+    for name, asked in (("a.parquet", "csv"), ("a.rrd", "json"), ("a.CSV", "rrd")):
+        message = call(["export", "RUN", "-f", asked, "-o", "FILE"], recorded, tmp_path / name)
+        assert f"--format says {asked}" in message
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_model_on_a_full_disk(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 # ruff: noqa: E501 - a message is easier to read on one line
 
 import re
+from typing import Any
 
 import pytest
 
@@ -367,3 +368,9 @@ def test_a_radius_with_far_more_pairs_is_refused_before_they_are_looked_at(tmp_p
     nodes = ", ".join(f"[{i}, {i}e-3, 0]" for i in range(100))
     text = f"nodes: [{nodes}]\nedges: {{radius: 100}}\nagents: [0]\ngoal: 1\n"
     assert "edges.radius: about 1e+04 pairs of nodes would have to be compared" in refused(tmp_path, text)
+
+
+@pytest.mark.parametrize("document", [[], (), None, "nodes", 3])
+def test_a_document_that_is_no_mapping(document: Any) -> None:
+    with pytest.raises(ScenarioError, match=f"of type {type(document).__name__}, expected a mapping of fields"):
+        scenario_from_document(document)

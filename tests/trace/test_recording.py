@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 import colonysim
+from colonysim.errors import TraceError
+from colonysim.trace.export import export
 from colonysim.trace.schema import Event
 
 
@@ -16,6 +18,26 @@ def test_run_returns_what_open_reads(tmp_path: Path) -> None:
     assert opened.verify()
     live = list(colonysim.simulate(colonysim.load_scenario("sanity"), seed=3, episodes=2))
     assert list(opened.events()) == live
+
+
+def test_a_directory_whose_name_is_no_text(tmp_path: Path) -> None:
+    try:
+        made = colonysim.run("sanity", episodes=1, out=tmp_path / "z\udcff")
+    except TraceError as error:
+        pytest.skip(f"this system has no such names: {error}")
+    assert colonysim.Run.open(tmp_path / "z\udcff").verify()
+    rows = export(made, "events", "parquet", tmp_path / "z\udcff.parquet")
+    assert rows == made.table("events").num_rows
+    # One that starts with it names it in its manifest.
+    colonysim.run("sanity", episodes=1, out=tmp_path / "next", initial=made)
+    assert colonysim.Run.open(tmp_path / "next").manifest["options"]["initial"].endswith("z?")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\ud800zz"])
+def test_no_name_of_a_directory_is_one_error(name: str, tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="cannot be made"):
+        colonysim.run("sanity", episodes=1, out=tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_scenario_path_name_and_object_run_alike(tmp_path: Path) -> None:
