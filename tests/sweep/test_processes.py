@@ -96,7 +96,9 @@ def test_a_trial_that_raises_system_exit_or_keyboard_interrupt_is_told_as_that(t
     file.write_text("scenarios: [sanity]\npolicies: ['faulty_trials:Leaves', 'faulty_trials:Interrupts', colony]\n")
     _, store = run_sweep(file, tmp_path / "out", workers=1)
     ends = [(e["status"], e.get("error", "").strip().splitlines()[-1:]) for e in store.entries.values()]
-    assert ends == [("failed", ["SystemExit: 3"]), ("failed", ["KeyboardInterrupt"]), ("succeeded", [])]
+    (left, why), *others = ends
+    assert left == "failed" and why[0].endswith("agent 0 at 0 s: decide raises SystemExit: 3")
+    assert others == [("failed", ["KeyboardInterrupt"]), ("succeeded", [])]
 
 
 def test_tasks_have_what_they_return_or_why_they_failed():
