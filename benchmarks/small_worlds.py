@@ -16,7 +16,6 @@ import argparse
 import json
 import random
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +23,7 @@ from colonysim import scenario_from_document, simulate
 from colonysim.errors import ColonysimError
 from colonysim.files import replace_file
 from colonysim.intervals import wilson
+from colonysim.processes import results
 from colonysim.testing.worlds import random_document
 
 BOX = 0.35
@@ -315,10 +315,10 @@ def main() -> None:
     if args.before:
         earlier = json.loads(args.before.read_text(encoding="utf-8"))
         counts |= {("colony before" if name == "colony" else name): values for name, values in earlier.items()}
-    with ProcessPoolExecutor(args.workers) as pool:
-        for policy in args.policies:
-            jobs = jobs_for(policy, args.worlds, args.seed, args.episodes)
-            counts[policy] = list(pool.map(play, jobs, chunksize=4))
+    for policy in args.policies:
+        jobs = jobs_for(policy, args.worlds, args.seed, args.episodes)
+        won = dict(results(play, jobs, args.workers))
+        counts[policy] = [won[job] for job in jobs]
     if args.save:
         replace_file(args.save, json.dumps(counts).encode())
     if "random" not in counts:

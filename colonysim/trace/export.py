@@ -78,7 +78,7 @@ def _rows(run: Run, table: str, episodes: Collection[int] | None) -> Any:
     if episodes is None:
         return rows
     wanted = wholes("episodes", episodes)
-    missing = sorted({*wanted} - {each.episode for each in run.episodes} - {*rows["episode"].to_pylist()})
+    missing = sorted({*wanted} - {each.episode for each in run.episodes} - {*rows["episode"].unique().to_pylist()})
     if missing:
         raise TraceError(f"no episode {missing[0]} in this run; {len(run.episodes)} are complete")
     import pyarrow as pa
