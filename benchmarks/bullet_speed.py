@@ -23,9 +23,9 @@ from unittest import mock
 import colonysim.backends.bullet as backend
 from colonysim.physics import BoxSpec, RobotSpec, Scene, Terrain
 from colonysim.physics.bullet import BulletEngine
+from colonysim.scenario.loading import load_scenario
+from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import simulate
-from colonysim.world.loading import load_scenario
-from colonysim.world.scenario import Scenario
 
 ITERATIONS, STEP = 50, 1 / 120
 SLICE = 90

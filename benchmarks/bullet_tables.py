@@ -46,7 +46,7 @@ class Episodes:
 
 
 def scenario_of(name: str, overrides: dict[str, Any] | None = None) -> Any:
-    from colonysim.world.loading import load_scenario
+    from colonysim.scenario.loading import load_scenario
 
     base, _, variant = name.partition(":")
     return load_scenario(base, variant or None, overrides)

@@ -34,8 +34,8 @@ class Episodes:
 
 def measure(name: str, settings: list[str], estimate: str, seed: int, episodes: int) -> dict[str, Any]:
     """One run: its episodes, each with the pushes that arrived and that failed."""
+    from colonysim.scenario.loading import load_scenario
     from colonysim.simulation import simulate
-    from colonysim.world.loading import load_scenario
 
     base, _, variant = name.partition(":")
     scenario, sink = load_scenario(base, variant or None, settings or None), Episodes()

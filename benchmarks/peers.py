@@ -149,9 +149,9 @@ def yardstick(processes: int, count: int = 100_000) -> float:
 def ours(what: str, agents: int, side: int, steps: int, crowded: bool) -> float:
     """Steps a second of our travelling agents: with all four pheromones, or the random walk."""
     from colonysim.bench.brought import OwnWalk
+    from colonysim.scenario.invent import invent
+    from colonysim.scenario.loading import scenario_from_document
     from colonysim.simulation import simulate
-    from colonysim.world.invent import invent
-    from colonysim.world.loading import scenario_from_document
 
     document = invent("grid", columns=side, rows=side, agents=agents, crowded=crowded, seed=SEED)
     scenario = scenario_from_document({**document, "max_steps": steps})

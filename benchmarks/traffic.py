@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 from colonysim.backends.bullet import Bullet
 from colonysim.backends.protocol import Finished
+from colonysim.scenario.loading import load_scenario
 from colonysim.simulation import simulate
 from colonysim.trace.schema import Event
 from colonysim.world.intents import Push
-from colonysim.world.loading import load_scenario
 
 NEAR = 1.3
 """Robots whose centres are further apart than this cannot touch, metres."""

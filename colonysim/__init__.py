@@ -26,12 +26,12 @@ if TYPE_CHECKING:
         TraceError,
     )
     from colonysim.recording import run
+    from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
+    from colonysim.scenario.scenario import Scenario
+    from colonysim.scenario.schema import scenario_schema
     from colonysim.simulation import simulate
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult, Event
-    from colonysim.world.loading import list_scenarios, load_scenario, scenario_from_document
-    from colonysim.world.scenario import Scenario
-    from colonysim.world.schema import scenario_schema
 
 __version__ = "0.1.0"
 
@@ -61,14 +61,14 @@ _PLACES = {
     "MissingExtraError": "errors",
     "PluginError": "errors",
     "Run": "trace.reader",
-    "Scenario": "world.scenario",
+    "Scenario": "scenario.scenario",
     "ScenarioError": "errors",
     "TraceError": "errors",
-    "list_scenarios": "world.loading",
-    "load_scenario": "world.loading",
+    "list_scenarios": "scenario.loading",
+    "load_scenario": "scenario.loading",
     "run": "recording",
-    "scenario_from_document": "world.loading",
-    "scenario_schema": "world.schema",
+    "scenario_from_document": "scenario.loading",
+    "scenario_schema": "scenario.schema",
     "simulate": "simulation",
 }
 

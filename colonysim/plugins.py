@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend
     from colonysim.pheromones.field import Field
     from colonysim.policies.policy import Policy
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
 __all__ = ["BUILT_IN", "available", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]

@@ -13,12 +13,12 @@ from colonysim.files import shown_path
 from colonysim.plugins import make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.provenance import parts_of
+from colonysim.scenario.loading import load_scenario, refuse_contradictions
+from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import mode_of, simulate
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
-from colonysim.world.loading import load_scenario, refuse_contradictions
-from colonysim.world.scenario import Scenario
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from colonysim.push.executors import Executor
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.intents import Intent
-    from colonysim.world.scenario import Scenario
     from colonysim.world.state import Place, World
 
 __all__ = ["Bullet"]

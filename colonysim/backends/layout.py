@@ -13,7 +13,7 @@ from colonysim.push.footing import footing_on
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Layout", "lay_out"]
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from colonysim.pheromones.field import Field, Visit, Write
     from colonysim.policies.view import LocalView
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
 __all__ = ["ExtraField", "OwnBackend", "OwnRule", "OwnWalk", "Subclass"]

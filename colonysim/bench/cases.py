@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from colonysim.bench.brought import OwnBackend, OwnRule, OwnWalk, Subclass
-from colonysim.world.invent import invent
-from colonysim.world.loading import load_scenario, scenario_from_document
+from colonysim.scenario.invent import invent
+from colonysim.scenario.loading import load_scenario, scenario_from_document
 
 if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["CASES", "Case"]
 

@@ -21,7 +21,7 @@ from colonysim.simulation.yardstick import timeouts_per_second
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Figures", "measure"]
 

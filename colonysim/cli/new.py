@@ -44,7 +44,7 @@ def command(
     from colonysim.cli.console import print_text
     from colonysim.errors import ColonysimError
     from colonysim.files import replace_file
-    from colonysim.world.invent import invent, to_yaml
+    from colonysim.scenario.invent import invent, to_yaml
 
     document = invent(
         kind, columns=columns, rows=rows, size=size, holes=holes, spare=spare, depth=depth, agents=agents,

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from colonysim.cli.watch import Watch
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
     from colonysim.view.live import Live
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -133,7 +133,7 @@ def command(
     from colonysim.errors import ColonysimError
     from colonysim.files import shown_path
     from colonysim.recording import run
-    from colonysim.world.loading import load_scenario, refuse_contradictions
+    from colonysim.scenario.loading import load_scenario, refuse_contradictions
 
     options = _backend_options(backend, push, feasibility, gui)
     if (port or no_open) and not live:

@@ -22,8 +22,8 @@ def command(
     """List the scenarios that come with colonysim, or print one."""
     from colonysim.cli.console import print_json, print_table, print_text
     from colonysim.errors import ScenarioError
+    from colonysim.scenario.loading import list_scenarios
     from colonysim.suggest import nearest
-    from colonysim.world.loading import list_scenarios
 
     listed = list_scenarios()
     if name is not None:

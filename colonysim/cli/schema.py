@@ -31,6 +31,6 @@ def command(
 
         print_json({"version": VERSION, "tables": TABLES})
     else:
-        from colonysim.world.schema import scenario_schema
+        from colonysim.scenario.schema import scenario_schema
 
         print_json(scenario_schema())

@@ -61,7 +61,7 @@ def _with(part: Any, keys: list[str], value: str, text: str) -> Any:
 def _read(kind: Any, value: str, text: str) -> Any:
     from pydantic import TypeAdapter, ValidationError
 
-    from colonysim.world.source import read_text
+    from colonysim.scenario.source import read_text
 
     read, _ = read_text(value, f"--set {text!r}", places=False)
     try:

@@ -9,7 +9,7 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -59,8 +59,8 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.cli.console import print_result, say
     from colonysim.plugins import BUILT_IN, locate, make_policy
-    from colonysim.world.loading import load_scenario, load_variants
-    from colonysim.world.source import printable
+    from colonysim.scenario.loading import load_scenario, load_variants
+    from colonysim.scenario.source import printable
 
     body = locate("backends", backend)
     one_only = ((variant, load_scenario(name, variant, settings)),) if variant is not None else ()

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["Board", "Pace", "Watch"]
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
-    from colonysim.world.scenario import Scenario
 
 __all__ = [
     "AGENT", "AGENT_INK", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "heading_of",

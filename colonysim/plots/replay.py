@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.schema import Event
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["Ways", "blocked_edges", "follow"]
 

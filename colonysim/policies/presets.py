@@ -8,7 +8,7 @@ from colonysim.policies.settings import settings_for
 from colonysim.policies.stigmergy import Stigmergy
 
 if TYPE_CHECKING:
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Colony", "Oracle", "Paper"]
 

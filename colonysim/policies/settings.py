@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Strict, ValidationError
 from pydantic.dataclasses import dataclass
 
+from colonysim.scenario.source import printable
 from colonysim.suggest import nearest
-from colonysim.world.source import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["PRESETS", "StigmergySettings", "settings_for"]
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Choice
     from colonysim.policies.settings import StigmergySettings
     from colonysim.policies.view import LocalView
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
 __all__ = ["Memory", "Stigmergy"]

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from colonysim.pheromones.field import Field
     from colonysim.policies.view import LocalView
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.intents import Intent
-    from colonysim.world.scenario import Scenario
     from colonysim.world.state import World
 
 __all__ = ["Uniform"]

@@ -10,9 +10,9 @@ from colonysim import __version__
 from colonysim.errors import TraceError
 from colonysim.provenance import parts_of
 from colonysim.recording import run
+from colonysim.scenario.loading import load_scenario
 from colonysim.trace.manifest import MANIFEST
 from colonysim.trace.reader import Run
-from colonysim.world.loading import load_scenario
 
 if TYPE_CHECKING:
     from pathlib import Path

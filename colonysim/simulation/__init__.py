@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend
     from colonysim.pheromones.field import Field
     from colonysim.policies.policy import Policy
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.schema import Event, Frame, Sink
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["MODES", "mode_of", "simulate"]
 

@@ -19,16 +19,16 @@ from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
 from colonysim.plugins import make_policy
 from colonysim.provenance import TAG, parts_of, unknown_in
+from colonysim.scenario.loading import load_scenario, plain_data
+from colonysim.scenario.places import Places
+from colonysim.scenario.source import is_stream, read_file
 from colonysim.suggest import nearest
-from colonysim.world.loading import load_scenario, plain_data
-from colonysim.world.places import Places
-from colonysim.world.source import is_stream, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from colonysim.provenance import Sources
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Limits", "Search", "Sweep", "Trial", "found", "load_search", "load_sweep", "plan_sweep"]
 

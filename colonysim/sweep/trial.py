@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
+from colonysim.scenario.loading import load_scenario
 from colonysim.sweep.plan import found
-from colonysim.world.loading import load_scenario
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from colonysim.provenance import Sources
+    from colonysim.scenario.scenario import Scenario
     from colonysim.sweep.plan import Trial
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["run_trial"]
 

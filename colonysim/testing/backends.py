@@ -19,8 +19,8 @@ from colonysim.world.state import World
 
 if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.intents import Intent
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["check_backend"]
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from colonysim.pheromones.field import Field
     from colonysim.policies.policy import Choice, Policy
     from colonysim.policies.view import LocalView
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
 __all__ = ["check_policy"]

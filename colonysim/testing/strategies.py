@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import MissingExtraError
+from colonysim.scenario.loading import scenario_from_document
 from colonysim.testing.worlds import random_document
-from colonysim.world.loading import scenario_from_document
 
 try:
     from hypothesis import strategies as st
@@ -26,7 +26,7 @@ except ModuleNotFoundError as error:
     ) from None
 
 if TYPE_CHECKING:
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["documents", "scenarios"]
 

@@ -6,10 +6,10 @@ import random
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
-from colonysim.world.loading import scenario_from_document
+from colonysim.scenario.loading import scenario_from_document
 
 if TYPE_CHECKING:
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["random_document", "random_scenario"]
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.schema import Table
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["Rows", "coded"]
 

@@ -19,7 +19,7 @@ from colonysim.trace.fields import check_manifest, is_a
 from colonysim.trace.schema import VERSION
 
 if TYPE_CHECKING:
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["MANIFEST", "begin_manifest", "is_run", "prepare_directory", "read_manifest", "write_manifest"]
 

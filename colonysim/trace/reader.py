@@ -18,7 +18,7 @@ from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Run"]
 
@@ -102,7 +102,7 @@ class Run:
         """
         if self._scenario is not None:
             return self._scenario
-        from colonysim.world.loading import scenario_from_document
+        from colonysim.scenario.loading import scenario_from_document
 
         if self.manifest.get("scenario") is None:
             raise TraceError(f"{self.path}: a run of single pushes, which has no scenario")
@@ -298,7 +298,7 @@ class Run:
         Raises:
             TraceError: A part is damaged or missing, or the run never came to its end.
         """
-        from colonysim.world.assemble import digest
+        from colonysim.scenario.assemble import digest
 
         if self.trace_sha256 is None:
             raise TraceError(f"{self.path}: the run was not finished, so there is no hash to compare with")

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from colonysim.pheromones.field import Field, Write
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.block import Block
     from colonysim.trace.schema import EpisodeResult, Sink, Table
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["Rows"]
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from colonysim.backends.layout import Layout
+    from colonysim.scenario.scenario import Scenario
     from colonysim.video.motion import Motion
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["Scene"]
 

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from colonysim.backends.layout import Layout
+    from colonysim.scenario.scenario import Scenario
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["add_bodies", "boxes_after"]
 

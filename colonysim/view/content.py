@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Table
     from colonysim.view.marks import Mark
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["add_rows", "chosen_episodes", "gather", "introduce"]
 

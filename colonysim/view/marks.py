@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from colonysim.pheromones.field import Field
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Frame
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["Fields", "Mark", "add_marks"]
 

@@ -15,7 +15,7 @@ from colonysim.world.near import near
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from colonysim.world.scenario import Hole, Scenario
+    from colonysim.scenario.scenario import Hole, Scenario
     from colonysim.world.state import World
 
 __all__ = ["SAME_HEIGHT", "Sight"]

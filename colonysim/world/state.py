@@ -13,8 +13,8 @@ from colonysim.world.sight import SAME_HEIGHT, Sight
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.world.intents import Intent, Outcome
-    from colonysim.world.scenario import Scenario
 
 __all__ = ["AgentStatus", "Place", "World"]
 

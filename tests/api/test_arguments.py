@@ -13,6 +13,7 @@ from colonysim.arguments import MAX_SEED, as_seed, as_span, plain, real, shown, 
 from colonysim.bench import measure
 from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.plots import draw
+from colonysim.scenario.invent import invent
 from colonysim.sweep import Store, plan_sweep, run_planned, run_sweep
 from colonysim.sweep.comparing import compare
 from colonysim.sweep.tables import read_table, summary
@@ -24,7 +25,6 @@ from colonysim.trace.manifest import begin_manifest
 from colonysim.video import write_video
 from colonysim.view import write_page
 from colonysim.view.live import Live
-from colonysim.world.invent import invent
 
 NO_COUNT = [2.5, 3.0, math.nan, np.float64(3), None, "3", True, np.True_, 0, -1, 10**30, 10**5000, [1], np.arange(2)]
 NO_SEED = [1.5, "a", None, False, -1, MAX_SEED + 1, 10**5000, np.float32(1), (1,)]

@@ -7,8 +7,8 @@ from typing import Any
 
 from colonysim.backends.bullet import Bullet
 from colonysim.randomness import Streams
-from colonysim.world.loading import scenario_from_document
-from colonysim.world.scenario import Scenario
+from colonysim.scenario.loading import scenario_from_document
+from colonysim.scenario.scenario import Scenario
 from colonysim.world.state import World
 
 LANE: dict[str, Any] = {

@@ -10,7 +10,7 @@ from backends.places import LANE, place
 from colonysim.backends.bullet import Bullet
 from colonysim.errors import ColonysimError
 from colonysim.randomness import Streams
-from colonysim.world.scenario import Scenario
+from colonysim.scenario.scenario import Scenario
 from colonysim.world.state import World
 
 CORNER = LANE | {

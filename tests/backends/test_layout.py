@@ -15,8 +15,8 @@ from colonysim.physics import Scene
 from colonysim.push.paths import FreeSpace, Surroundings
 from colonysim.push.staging import MAX_MISMATCH, plan_push, quarter
 from colonysim.push.task import PushTask
-from colonysim.world.loading import load_scenario
-from colonysim.world.scenario import Scenario
+from colonysim.scenario.loading import load_scenario
+from colonysim.scenario.scenario import Scenario
 
 SHIPPED = ("easy", "medium", "hard", "sanity", "junction", "deadlock")
 

@@ -12,8 +12,8 @@ from colonysim.backends.layout import lay_out
 from colonysim.backends.traffic import CLEARANCE, Traffic, closing_in, segment_distance, ticks_until_close
 from colonysim.physics import WheelSpeeds
 from colonysim.push.staging import staging_points
+from colonysim.scenario.loading import load_scenario
 from colonysim.world.intents import Outcome, Push, Travel, Wait
-from colonysim.world.loading import load_scenario
 
 CROSSING = {
     "nodes": [[0, 0, 0], [1, 2, 2], [2, 2, 0], [3, 0, 2], [4, 4, 0], [5, 4, 2]],

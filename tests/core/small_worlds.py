@@ -9,10 +9,10 @@ from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.pheromones import Visit
 from colonysim.policies.policy import Choice
 from colonysim.policies.view import LocalView
+from colonysim.scenario.scenario import BoxStart, Hole, Scenario, Timing
 from colonysim.simulation import simulate
 from colonysim.trace.schema import EpisodeResult, Event
 from colonysim.world.intents import BoxPlace, Intent, Outcome, Push, Travel
-from colonysim.world.scenario import BoxStart, Hole, Scenario, Timing
 from colonysim.world.state import World
 from colonysim.world.topology import Topology
 

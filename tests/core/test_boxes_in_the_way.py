@@ -10,7 +10,7 @@ from colonysim.policies.presets import Colony
 from colonysim.policies.settings import StigmergySettings
 from colonysim.policies.stigmergy import Stigmergy
 from colonysim.policies.view import LocalView
-from colonysim.world.scenario import Scenario
+from colonysim.scenario.scenario import Scenario
 from colonysim.world.state import World
 
 BOX = 0.35

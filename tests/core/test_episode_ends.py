@@ -11,8 +11,8 @@ from colonysim import load_scenario, simulate
 from colonysim.backends.mock import Mock
 from colonysim.backends.protocol import Done, Finished
 from colonysim.errors import ColonysimError, PluginError
+from colonysim.scenario.scenario import Timing
 from colonysim.world.intents import Outcome, Push, Travel, Wait
-from colonysim.world.scenario import Timing
 
 ON = Script(lambda agent, view, n: Travel(view.node + 1))
 

@@ -15,8 +15,8 @@ from colonysim.policies.settings import StigmergySettings
 from colonysim.policies.stigmergy import Stigmergy
 from colonysim.policies.view import LocalView, OutOfSightError
 from colonysim.randomness import Streams
+from colonysim.scenario.scenario import Scenario
 from colonysim.world.intents import Push
-from colonysim.world.scenario import Scenario
 from colonysim.world.state import World
 
 # A box on 1 and a hole at 4; the short way leads over 2, a longer one over 5 and 6.

@@ -224,7 +224,7 @@ def test_the_node_world_answers_what_the_place_forbids():
 
 
 def test_timing_measured_edges_come_first_and_pushes_have_their_own_speed():
-    from colonysim.world.scenario import Timing
+    from colonysim.scenario.scenario import Timing
 
     timing = Timing(travel=2.0, push=3.0, travel_fixed=0.5, push_fixed=1.0, jitter=0.0, travels={(1, 2): 9.0})
     scenario = line(4, goal=3, agents=[0], timing=timing)

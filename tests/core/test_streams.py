@@ -9,8 +9,8 @@ from small_worlds import Script, place, play
 from colonysim import load_scenario
 from colonysim.draws import Draws
 from colonysim.randomness import Streams
+from colonysim.scenario.scenario import Timing
 from colonysim.world.intents import Wait
-from colonysim.world.scenario import Timing
 
 
 def test_a_stream_is_its_seed_and_its_name():

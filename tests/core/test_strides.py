@@ -9,10 +9,10 @@ import pytest
 from plain_python import PACKAGE, compiled_and_plain
 
 import colonysim
+from colonysim.scenario.invent import invent
 from colonysim.simulation import episode
 from colonysim.simulation.strides import Strides
 from colonysim.testing.worlds import random_scenario
-from colonysim.world.invent import invent
 
 VARIANTS = [
     {},

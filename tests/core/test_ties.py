@@ -18,8 +18,8 @@ from small_worlds import Script, line, place, play
 from colonysim import simulate
 from colonysim.backends.mock import Mock
 from colonysim.randomness import Streams
+from colonysim.scenario.scenario import Timing
 from colonysim.world.intents import Travel, Wait
-from colonysim.world.scenario import Timing
 
 ERROR = 1e-3
 FOUR = [(5.0, 0.0), (0.0, 5.0), (-5.0, 0.0), (0.0, -5.0)]

@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
+from colonysim.scenario.loading import load_scenario
 from colonysim.simulation import simulate
-from colonysim.world.loading import load_scenario
 
 PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
 

@@ -8,7 +8,7 @@ from colonysim import simulate
 from colonysim.backends.layout import lay_out
 from colonysim.physics import BoxSpec, RobotSpec, Scene
 from colonysim.push import drive_to, everything_else, run_alone
-from colonysim.world.loading import load_scenario
+from colonysim.scenario.loading import load_scenario
 
 MAPS = sorted((Path(__file__).parent / "maps").glob("*.yaml"))
 PITS_AND_RAMPS = {"causeway": (0.25, 0), "weir": (0.25, 1), "dogleg": (0.5, 0)}

@@ -11,8 +11,8 @@ from typing import Any
 
 import yaml
 
-from colonysim.world.loading import list_scenarios
-from colonysim.world.source import read_text
+from colonysim.scenario.loading import list_scenarios
+from colonysim.scenario.source import read_text
 
 NUMBERS = [
     0, -0.0, 1, -1, 2, 3, 0.1, 0.5, 1.5, 7, 10, 50, 99, 1e3, 1e5, 1e6, 10**6, 10**7, 1e9, 10**9, -1e9, 1e9 + 1, 2**31, 2**31 - 1, -(2**31),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from colonysim.errors import ScenarioError
-from colonysim.world.loading import load_scenario, scenario_from_document
+from colonysim.scenario.loading import load_scenario, scenario_from_document
 
 SNIPPETS = [
     "", " ", "\n", "\t", ":", "-", "[", "]", "{", "}", ",", "#", "&a ", "*a", "!!str ", "!x ", "|", ">", "'", '"', "%", "@",

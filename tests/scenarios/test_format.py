@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 
 from colonysim.errors import ScenarioError
+from colonysim.scenario.loading import load_scenario, scenario_from_document
+from colonysim.scenario.source import read_text
 from colonysim.testing.strategies import documents, scenarios
 from colonysim.testing.worlds import random_scenario
-from colonysim.world.loading import load_scenario, scenario_from_document
-from colonysim.world.source import read_text
 
 LINE = {"topology": {"kind": "line", "nodes": 5}, "agents": [0], "goal": 4}
 

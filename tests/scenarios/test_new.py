@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 import colonysim
 from colonysim.cli import app
 from colonysim.errors import ColonysimError, ScenarioError
+from colonysim.scenario.invent import invent, to_yaml
+from colonysim.scenario.loading import load_scenario
 from colonysim.world.intents import BoxPlace, Outcome, Push
-from colonysim.world.invent import invent, to_yaml
-from colonysim.world.loading import load_scenario
 from colonysim.world.state import World
 
 WORLDS = [

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from colonysim.errors import ScenarioError
-from colonysim.world import generate, source
-from colonysim.world.loading import load_scenario, scenario_from_document
+from colonysim.scenario import generate, source
+from colonysim.scenario.loading import load_scenario, scenario_from_document
 
 GOOD = """\
 name: good

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from colonysim.world.loading import list_scenarios, load_scenario, load_variants, scenario_from_document
-from colonysim.world.schema import scenario_schema
-from colonysim.world.source import read_text
+from colonysim.scenario.loading import list_scenarios, load_scenario, load_variants, scenario_from_document
+from colonysim.scenario.schema import scenario_schema
+from colonysim.scenario.source import read_text
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -136,7 +136,7 @@ def test_an_installed_package_finds_them_by_name(tmp_path):
         ROOT / "colonysim", tmp_path / "colonysim", ignore=shutil.ignore_patterns("__pycache__", "*.npz", "*.urdf")
     )
     shutil.copytree(ROOT / "scenarios", tmp_path / "colonysim" / "scenarios")
-    code = "from colonysim.world.loading import load_scenario; print(load_scenario('hard').source)"
+    code = "from colonysim.scenario.loading import load_scenario; print(load_scenario('hard').source)"
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True,

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 from colonysim.cli import app
 from colonysim.errors import ScenarioError
+from colonysim.scenario.loading import load_scenario
 from colonysim.sweep.plan import load_sweep
-from colonysim.world.loading import load_scenario
 
 
 def test_a_scenario_may_come_from_standard_input_or_a_pipe(tmp_path):

@@ -41,7 +41,7 @@ def test_no_name_of_a_directory_is_one_error(name: str, tmp_path: Path) -> None:
 
 
 def test_scenario_path_name_and_object_run_alike(tmp_path: Path) -> None:
-    from colonysim.world.loading import list_scenarios
+    from colonysim.scenario.loading import list_scenarios
 
     path = next(path for name, path, _, _ in list_scenarios() if name == "sanity")
     hashes = {

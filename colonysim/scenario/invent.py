@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError
+from colonysim.scenario.generate import MAX_NODES, doors, draw_some
+from colonysim.scenario.loading import scenario_from_document
 from colonysim.suggest import nearest
-from colonysim.world.generate import MAX_NODES, doors, draw_some
-from colonysim.world.loading import scenario_from_document
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from colonysim.world.scenario import Scenario
+    from colonysim.scenario.scenario import Scenario
 
 __all__ = ["KINDS", "Kind", "invent", "to_yaml"]
 

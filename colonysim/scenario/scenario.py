@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from colonysim.world.places import Places
+from colonysim.scenario.places import Places
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,8 +8,8 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from colonysim.world import format as scenario_format
-from colonysim.world.format import ScenarioFile
+from colonysim.scenario import format as scenario_format
+from colonysim.scenario.format import ScenarioFile
 
 __all__ = ["field_descriptions", "scenario_schema"]
 

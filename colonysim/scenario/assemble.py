@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from colonysim.world.complaints import complaint
-from colonysim.world.format import (
+from colonysim.scenario.complaints import complaint
+from colonysim.scenario.format import (
     LARGEST,
     SMALLEST,
     BoxMapping,
@@ -28,7 +28,7 @@ from colonysim.world.format import (
     Rooms,
     ScenarioFile,
 )
-from colonysim.world.generate import (
+from colonysim.scenario.generate import (
     MAX_EDGES,
     MAX_NODES,
     TooManyEdgesError,
@@ -41,15 +41,15 @@ from colonysim.world.generate import (
     ring,
     rooms,
 )
-from colonysim.world.scenario import BoxStart, Hole, Scenario, Timing
-from colonysim.world.solvable import cut_off
+from colonysim.scenario.scenario import BoxStart, Hole, Scenario, Timing
+from colonysim.scenario.solvable import cut_off
 from colonysim.world.topology import Topology
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from colonysim.world.generate import Point
-    from colonysim.world.places import Places
+    from colonysim.scenario.generate import Point
+    from colonysim.scenario.places import Places
 
 __all__ = ["assemble"]
 

@@ -14,12 +14,12 @@ from typing import Any
 
 from colonysim.arguments import plain
 from colonysim.errors import ScenarioError
-from colonysim.world.assemble import assemble
-from colonysim.world.complaints import unknown_field
-from colonysim.world.format import MAX_NAME, ScenarioFile
-from colonysim.world.places import Places, nearest_word
-from colonysim.world.scenario import Scenario
-from colonysim.world.source import (
+from colonysim.scenario.assemble import assemble
+from colonysim.scenario.complaints import unknown_field
+from colonysim.scenario.format import MAX_NAME, ScenarioFile
+from colonysim.scenario.places import Places, nearest_word
+from colonysim.scenario.scenario import Scenario
+from colonysim.scenario.source import (
     MAX_DEPTH,
     MAX_DIGITS,
     MAX_PATH,

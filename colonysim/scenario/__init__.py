@@ -1,0 +1,1 @@
+"""What a colony is told beforehand: the scenario file, read, checked, filled in, or invented."""
