@@ -7,10 +7,10 @@ import math
 from typing import TYPE_CHECKING
 
 from colonysim.backends.action import Action, Actions
-from colonysim.backends.layout import lay_out
 from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import Traffic
 from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
 from colonysim.push.executors import EXECUTORS, make_executor

@@ -74,7 +74,7 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
         else:
             loaded.append(f"policy {policy}, whose parameters are not checked here")
         if backend == "bullet":
-            from colonysim.backends.layout import lay_out
+            from colonysim.geometry.layout import lay_out
 
             lay_out(scenario)
         shown = printable(name, len(name))
@@ -88,7 +88,7 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
 
 def _warnings(scenario: Scenario) -> Iterator[str]:
     """What is allowed and rarely meant: edges that take longer than an episode waits for anything to happen."""
-    from colonysim.backends.layout import XY_SCALE
+    from colonysim.geometry.scale import XY_SCALE
     from colonysim.push.driving import TRAVEL_SPEED
 
     topology, timing = scenario.topology, scenario.timing

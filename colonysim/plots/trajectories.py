@@ -83,7 +83,7 @@ def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | N
         return None
     import pyarrow.compute as pc
 
-    from colonysim.backends.layout import XY_SCALE
+    from colonysim.geometry.scale import XY_SCALE
 
     # Bodies are in metres: the graph's coordinates times the scale that the scenario gives or leaves open.
     scale = float(run.scenario.physics.get("xy_scale") or XY_SCALE)

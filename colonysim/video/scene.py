@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from colonysim.backends.layout import lay_out
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from colonysim.backends.layout import Layout
+    from colonysim.geometry.layout import Layout
     from colonysim.scenario.scenario import Scenario
     from colonysim.video.motion import Motion
 

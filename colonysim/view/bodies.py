@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from colonysim.backends.layout import lay_out
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import BUMPER, HALF_WIDTH, TRACK, WHEEL_RADIUS
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from colonysim.backends.layout import Layout
+    from colonysim.geometry.layout import Layout
     from colonysim.scenario.scenario import Scenario
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block

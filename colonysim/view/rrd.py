@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from colonysim.backends.layout import lay_out
 from colonysim.errors import MissingExtraError
 from colonysim.files import replacing
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import BUMPER, HALF_WIDTH
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from backends.places import LANE, place, two_levels
 
-from colonysim.backends.layout import Layout, lay_out
 from colonysim.errors import ScenarioError
+from colonysim.geometry.layout import Layout, lay_out
 from colonysim.physics import Scene
 from colonysim.push.paths import FreeSpace, Surroundings
 from colonysim.push.staging import MAX_MISMATCH, plan_push, quarter

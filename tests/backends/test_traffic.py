@@ -8,8 +8,8 @@ import math
 import pytest
 from backends.places import FORK, LANE, place, started
 
-from colonysim.backends.layout import lay_out
 from colonysim.backends.traffic import CLEARANCE, Traffic, closing_in, segment_distance, ticks_until_close
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import WheelSpeeds
 from colonysim.push.staging import staging_points
 from colonysim.scenario.loading import load_scenario

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from colonysim import simulate
-from colonysim.backends.layout import lay_out
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import BoxSpec, RobotSpec, Scene
 from colonysim.push import drive_to, everything_else, run_alone
 from colonysim.scenario.loading import load_scenario

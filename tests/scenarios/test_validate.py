@@ -7,9 +7,9 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from colonysim.backends.layout import lay_out
 from colonysim.cli import app
 from colonysim.errors import ScenarioError
+from colonysim.geometry.layout import lay_out
 from colonysim.scenario.loading import scenario_from_document
 
 LINE = {"topology": {"kind": "line", "nodes": 4}, "agents": [0], "goal": 3}

@@ -1,0 +1,116 @@
+"""From a scenario's graph to rigid bodies in metres: ground, pits, ramps, boxes, robots."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from colonysim.geometry.grounds import check_ways, terrain_of
+from colonysim.geometry.pits import heading, pits_for, pits_given, ways_to_holes
+from colonysim.geometry.scale import BOX_HEIGHT, BOX_LENGTH, MOST_WAYS, XY_SCALE, check_size
+from colonysim.physics import BoxSpec, RobotSpec, Terrain
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = ["Layout", "lay_out"]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A scenario in metres.
+
+    Attributes:
+        terrain: Ground, pits and ramps.
+        places: x, y of each node.
+        heights: Height of each node's ground; of a hole, of its rim.
+        pit_at: For each hole's node, the index of its pit in the terrain.
+        boxes: The boxes where they start.
+        robots: The robots where they start.
+        stray_beyond: A box further than this from its node is stray: a quarter of the mean edge.
+    """
+
+    terrain: Terrain
+    places: tuple[tuple[float, float], ...]
+    heights: tuple[float, ...]
+    pit_at: Mapping[int, int]
+    boxes: tuple[BoxSpec, ...]
+    robots: tuple[RobotSpec, ...]
+    stray_beyond: float
+
+
+def lay_out(scenario: Scenario) -> Layout:
+    """Derives the bodies from the graph; the scenario's `physics:` section takes precedence.
+
+    Pits are whole boxes deep, their sides along the edge that they will be filled over; boxes face the way they will
+    be pushed first.
+
+    Raises:
+        ScenarioError: The place cannot be built: pits too close to each other, levels that overlap, a box that is
+            wider than a pit, more or larger parts than an engine can move in a reasonable time.
+    """
+    topology, physics = scenario.topology, scenario.physics
+    scale = float(physics.get("xy_scale") or XY_SCALE)
+    lowest = min((box.height for box in scenario.boxes), default=1.0)
+    z_scale = float(physics.get("z_scale") or BOX_HEIGHT / lowest)
+    length = float(physics.get("box_length") or BOX_LENGTH)
+    places = tuple((scale * x, scale * y) for x, y in zip(topology.x, topology.y, strict=True))
+    heights = [z_scale * z for z in topology.z]
+    for hole in scenario.holes:
+        heights[hole.node] = z_scale * hole.rim
+    same = physics.get("box_height")
+    box_heights = [float(same) if same else z_scale * box.height for box in scenario.boxes]
+    check_size(scenario, places, heights, box_heights, z_scale)
+    ways = ways_to_holes(scenario)
+    pits, pit_at = pits_for(scenario, physics, places, heights, box_heights, ways, length, z_scale)
+    terrain = terrain_of(scenario, physics, scale, places, heights, pits)
+    given = physics.get("terrain")
+    if given:
+        if given.get("pits"):
+            pit_at = pits_given(scenario, places, terrain)
+        heights = _heights_on(scenario, places, terrain, pit_at)
+    total = scale * topology.mean_length * topology.edge_count
+    if total * (len(terrain.grounds) + len(terrain.ramps)) > MOST_WAYS:
+        raise scenario.fault(
+            "physics", f"{total:.0f} m of edges over {len(terrain.grounds)} levels and {len(terrain.ramps)} ramps are"
+            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        )  # fmt: skip
+    check_ways(scenario, places, heights, terrain)
+    return Layout(
+        terrain,
+        places,
+        tuple(heights),
+        pit_at,
+        tuple(
+            BoxSpec(
+                *places[box.node], heights[box.node], heading(places, *ways.first.get(box.node, (box.node, -1))),
+                length, high, float(physics.get("box_mass") or 12.0), float(physics.get("box_friction") or 0.5),
+            )
+            for box, high in zip(scenario.boxes, box_heights, strict=True)
+        ),
+        tuple(
+            RobotSpec(
+                *places[node], heights[node],
+                heading(places, node, topology.neighbours[node][0] if topology.neighbours[node] else -1),
+            )
+            for node in scenario.agents
+        ),
+        0.25 * scale * topology.mean_length,
+    )  # fmt: skip
+
+
+def _heights_on(
+    scenario: Scenario, places: Sequence[tuple[float, float]], terrain: Terrain, pit_at: Mapping[int, int]
+) -> list[float]:
+    """Heights of all nodes on ground that was given: of a hole, of its rim."""
+    heights = []
+    for node, (x, y) in enumerate(places):
+        height = terrain.pits[pit_at[node]].rim if node in pit_at else terrain.height(x, y)
+        if not math.isfinite(height):
+            name = scenario.topology.ids[node]
+            raise scenario.fault("physics.terrain", f"no ground under node {name} ({x:.2f}, {y:.2f} m)")
+        heights.append(height)
+    return heights
