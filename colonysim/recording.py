@@ -13,7 +13,8 @@ from colonysim.files import shown_path
 from colonysim.plugins import make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.provenance import parts_of
-from colonysim.scenario.loading import load_scenario, refuse_contradictions
+from colonysim.scenario.contradictions import refuse_contradictions
+from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import mode_of, simulate
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory

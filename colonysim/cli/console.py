@@ -1,6 +1,6 @@
 """Where words go: results to standard output, everything else to standard error; and none of them commands a terminal.
 
-Names, reasons and paths come from files that somebody else may have written. Whatever is printed passes `plain`, on
+Names, reasons and paths come from files that somebody else may have written. Whatever is printed passes `visible`, on
 its way through one of the functions below, so that no control character of theirs reaches a terminal.
 """
 
@@ -8,38 +8,23 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import sys
 from typing import TYPE_CHECKING, Any
 
 import typer
+
+from colonysim.characters import COMMANDS, visible
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.console import Console
 
-__all__ = ["error_console", "on_terminal", "print_json", "print_result", "print_table", "print_text", "say", "visible"]
-
-# Control characters but for ends of lines and tabs, marks that turn or break a line, and halves of pairs, which is how
-# Python keeps the bytes of a path that are no text.
-_CONTROL = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff\ufff9-\ufffb]"
-)
-
-
-def visible(text: str) -> str:
-    r"""Text with its control characters written out, so that a name cannot move the cursor or colour the terminal.
-
-    Example:
-        >>> print(visible("a\x1b[2Jb"))
-        a\x1b[2Jb
-    """
-    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+__all__ = ["error_console", "on_terminal", "print_json", "print_result", "print_table", "print_text", "say"]
 
 
 def error_console() -> Console:
-    """A console on standard error, for texts that have passed `plain`; it takes nothing in them for markup."""
+    """A console on standard error, for texts that have passed `visible`; it takes nothing in them for markup."""
     from rich.console import Console
 
     return Console(stderr=True, highlight=False, markup=False, emoji=False)
@@ -70,7 +55,7 @@ def print_json(value: Any) -> None:
     """One JSON value on standard output, and nothing else; of a number that is not finite, null."""
     text = json.dumps(_for_json(value), indent=2, ensure_ascii=False, allow_nan=False)
     # JSON writes every one of them so that it means the same.
-    typer.echo(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
+    typer.echo(COMMANDS.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def _for_json(value: Any) -> Any:

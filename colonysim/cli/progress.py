@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from colonysim.cli.console import error_console, on_terminal, say, visible
+from colonysim.characters import visible
+from colonysim.cli.console import error_console, on_terminal, say
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -19,6 +20,7 @@ PATIENCE = 2.0
 BETWEEN_LINES = 10.0
 """Least seconds of wall clock between two lines where there is no bar; more once that is under a tenth of the time."""
 _PAUSE = 0.1
+
 
 class Bar:
     """A progress bar that appears after two seconds; where no terminal is, a line now and then. Lines go above it.

@@ -133,7 +133,8 @@ def command(
     from colonysim.errors import ColonysimError
     from colonysim.files import shown_path
     from colonysim.recording import run
-    from colonysim.scenario.loading import load_scenario, refuse_contradictions
+    from colonysim.scenario.contradictions import refuse_contradictions
+    from colonysim.scenario.loading import load_scenario
 
     options = _backend_options(backend, push, feasibility, gui)
     if (port or no_open) and not live:

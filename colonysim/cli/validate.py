@@ -57,10 +57,10 @@ def command(
 
 
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
+    from colonysim.characters import printable
     from colonysim.cli.console import print_result, say
     from colonysim.plugins import BUILT_IN, locate, make_policy
     from colonysim.scenario.loading import load_scenario, load_variants
-    from colonysim.scenario.source import printable
 
     body = locate("backends", backend)
     one_only = ((variant, load_scenario(name, variant, settings)),) if variant is not None else ()

@@ -6,7 +6,8 @@ import time
 from typing import TYPE_CHECKING
 
 from colonysim.arguments import real
-from colonysim.cli.console import error_console, visible
+from colonysim.characters import visible
+from colonysim.cli.console import error_console
 from colonysim.cli.summary import episode_line
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Strict, ValidationError
 from pydantic.dataclasses import dataclass
 
-from colonysim.scenario.source import printable
+from colonysim.characters import printable
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from colonysim.characters import printable
 from colonysim.scenario.format import FORM_TAGS, PhysicsSection, TimingSection
 from colonysim.scenario.places import Places, nearest_word
 from colonysim.scenario.schema import field_descriptions, scenario_schema
-from colonysim.scenario.source import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

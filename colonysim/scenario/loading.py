@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from colonysim.arguments import plain
+from colonysim.characters import printable
 from colonysim.errors import ScenarioError
 from colonysim.scenario.assemble import assemble
 from colonysim.scenario.complaints import unknown_field
@@ -25,7 +26,6 @@ from colonysim.scenario.source import (
     MAX_PATH,
     control_character,
     is_stream,
-    printable,
     read_file,
     read_text,
 )
@@ -35,7 +35,6 @@ __all__ = [
     "load_scenario",
     "load_variants",
     "plain_data",
-    "refuse_contradictions",
     "scenario_from_document",
 ]
 
@@ -98,23 +97,6 @@ def scenario_from_document(
     if not isinstance(value, dict):
         raise ScenarioError(f"{source}: is a value of type {type(document).__name__}, expected a mapping of fields")
     return _made(_Draft(value, {}, source), variant, overrides)
-
-
-def refuse_contradictions(scenario: Scenario, given: Mapping[str, Any]) -> None:
-    """Refuses fields that were set though something given besides them takes their place.
-
-    Args:
-        scenario: As it was loaded, with overrides.
-        given: Policy, mode and number of episodes, None for the scenario's own; by their names, dashes before them.
-
-    Raises:
-        ScenarioError: One of these fields was set as well.
-    """
-    for said, value in given.items():
-        field = said.lstrip("-")
-        for path in (field, f"{field}.name"):
-            if value is not None and path in scenario.overrides:
-                raise scenario.fault(path, f"contradicts {said}, which sets that too; leave out either")
 
 
 def _opened(path_or_name: str | Path) -> tuple[dict[str, Any], dict[str, tuple[int, int]], str]:

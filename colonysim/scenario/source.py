@@ -18,11 +18,12 @@ from typing import Any
 
 import yaml
 
+from colonysim.characters import printable
 from colonysim.errors import ScenarioError
 
 __all__ = [
     "MAX_BYTES", "MAX_DEPTH", "MAX_DIGITS", "MAX_EXPANDED", "MAX_PATH", "MAX_VALUES", "control_character", "is_stream",
-    "printable", "read_file", "read_text",
+    "read_file", "read_text",
 ]  # fmt: skip
 
 MAX_BYTES = 16_000_000
@@ -65,12 +66,6 @@ def control_character(text: str, *, in_name: bool = False) -> str:
         return ""
     found = _CONTROL.search(text) or (in_name and re.search(r"[\t\n]", text))
     return f"U+{ord(found[0]):04X}" if found else ""
-
-
-def printable(text: str, most: int = 80) -> str:
-    """A text for a message: control characters escaped, and cut to at most `most` characters."""
-    short = text if len(text) <= most else f"{text[: most - 3]}..."
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in short)
 
 
 def is_stream(path: Path) -> bool:

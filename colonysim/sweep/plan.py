@@ -19,6 +19,7 @@ from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
 from colonysim.plugins import make_policy
 from colonysim.provenance import TAG, parts_of, unknown_in
+from colonysim.scenario.contradictions import refuse_set_twice
 from colonysim.scenario.loading import load_scenario, plain_data
 from colonysim.scenario.places import Places
 from colonysim.scenario.source import is_stream, read_file
@@ -266,17 +267,13 @@ def _checked(document: Mapping[str, Any], places: Places) -> _File:
 
 def _refuse_contradictions(file: _File, places: Places) -> None:
     """Refuses settings that would not hold, so that results were labelled with what was never in force."""
-    elsewhere: dict[str, tuple[str, Sequence[Any]]] = {
+    given: dict[str, tuple[str, Sequence[Any]]] = {
         "policy": ("policies", file.policies), "mode": ("modes", file.modes), "episodes": ("episodes", [file.episodes]),
     }  # fmt: skip
-    before: list[str] = []
-    for key in _keys(file):
-        name, values = elsewhere.get(key.removesuffix(".name"), ("", ()))
-        if any(value is not None for value in values):
-            raise places.fault(_place(key, file), f"contradicts `{name}:`, which sets that too; leave out either")
-        if undone := next((earlier for earlier in before if earlier.startswith(f"{key}.")), None):
-            raise places.fault(_place(key, file), f"takes the place of {undone!r}, set before it; put it first")
-        before.append(key)
+    elsewhere = {
+        path: f"`{name}:`" for path, (name, values) in given.items() if any(value is not None for value in values)
+    }
+    refuse_set_twice(_keys(file), elsewhere, lambda key, message: places.fault(_place(key, file), message))
 
 
 def _keys(file: _File) -> list[str]:

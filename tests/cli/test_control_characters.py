@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 import colonysim
 from colonysim.backends.mock import Mock
+from colonysim.characters import visible
 from colonysim.cli import app
-from colonysim.cli.console import visible
 from colonysim.world.intents import Outcome
 
 EVIL = "\x1b[2J\x1b]0;mine\x07\r\x9b1m\u202e[/red]:bug:\x7f"

@@ -20,8 +20,9 @@ from typer.testing import CliRunner, Result
 
 import colonysim
 import colonysim.cli
+from colonysim.characters import visible
 from colonysim.cli import app
-from colonysim.cli.console import print_json, print_table, say, visible
+from colonysim.cli.console import print_json, print_table, say
 from colonysim.trace.reader import Run
 
 NASTY = "a\x1b]0;owned\x07\x1b[2J\x9b31m\u202e[red]b[/red]:warning:\r$\\frac{$"
