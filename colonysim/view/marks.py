@@ -88,15 +88,19 @@ class Fields:
     def after(self, frames: Iterable[Frame]) -> list[Mark]:
         """Every value as an episode began, by the key frames of the one before."""
         scenario = self._scenario
-        before = [self._mark_of(frame) for frame in frames]
         fields = _own_fields(self._policy, scenario)
         holes = {hole.node: key for key, hole in enumerate(scenario.holes)}
+        marks: list[Mark] = []
         writes: dict[str, list[Write]] = {}
-        for name, place, key, value in before:
-            writes.setdefault(name, []).append(Write(place, holes.get(key, -1), value))
-        marks = [mark for mark in before if mark[0] not in fields]
+        for frame in frames:
+            mark = self._mark_of(frame)
+            name, place, key, value = mark
+            if name in fields:
+                writes.setdefault(name, []).append(Write(place, holes.get(key, -1), value))
+            else:
+                marks.append(mark)
         for name, field in fields.items():
-            field.load(writes.get(name, []))
+            field.load(writes.pop(name, []))
             field.end_episode()
             marks += [
                 (name, place, scenario.holes[key].node if key >= 0 else -1, value)

@@ -106,7 +106,7 @@ def test_runs_with_little_in_them_have_pages_too(tmp_path: Path) -> None:
         "name": "line", "nodes": [[5, 0, 0, 0], [3, 1, 0, 0]], "edges": {"radius": 1.5}, "agents": [5], "goal": 3,
     }  # fmt: skip
     bare = colonysim.scenario_from_document(document)
-    run = colonysim.run(bare, policy="random", episodes=1, out=tmp_path / "bare", decisions=False)
+    run = colonysim.run(bare, policy="random", episodes=1, out=tmp_path / "bare", record="deposits,frames")
     head, columns = unpack(gather(run).compressed())
     assert head["fields"] == [] and head["holes"] == [] and "bodies" not in head
     assert len(columns["decisions.time"]) == len(columns["deposits.time"]) == len(columns["boxes.node"]) == 0
