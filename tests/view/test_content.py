@@ -12,7 +12,7 @@ import colonysim
 import colonysim.view
 from colonysim.cli import app
 from colonysim.errors import TraceError
-from colonysim.view import write_page
+from colonysim.view import marks, write_page
 from colonysim.view.content import gather
 from colonysim.view.packing import Block, unpack
 from colonysim.view.page import LIVE, MODULES, STILL
@@ -127,3 +127,11 @@ def test_a_policy_that_is_not_installed_here_leaves_its_marks_as_they_were(hard:
     }
     index = hard.scenario.topology.index
     assert at == pytest.approx({index[node]: value for node, value in hard.field("E", 1).items()}, rel=1e-5)
+
+
+def test_slots_are_the_different_rows_in_order() -> None:
+    draws = np.random.default_rng(3)
+    for shape in ((0, 3), (1, 3), (5000, 3)):
+        rows = draws.integers(-1, 12, shape)
+        slots, which = marks._distinct(rows)
+        assert slots.tolist() == np.unique(rows, axis=0).tolist() and (slots[which] == rows).all()
