@@ -12,7 +12,7 @@ import tempfile
 import threading
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn
 
 from colonysim.errors import ColonysimError
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 __all__ = [
-    "LOCK", "alone", "create_file", "found_at", "read_file", "read_json", "replace_file", "replacing", "shown_path",
+    "LOCK", "alone", "create_file", "found_at", "opened_file", "read_file", "read_json", "replace_file", "replacing",
+    "shown_path",
 ]  # fmt: skip
 
 LOCK = ".lock"
@@ -192,8 +193,9 @@ def _lock(file: int) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def read_file(path: Path, error: type[ColonysimError] = ColonysimError, most: int = MAX_BYTES) -> bytes:
-    """The content of an ordinary file: a pipe or a device in its place could keep a reader waiting for ever.
+@contextmanager
+def opened_file(path: Path, error: type[ColonysimError] = ColonysimError, most: int = MAX_BYTES) -> Iterator[BinaryIO]:
+    """An ordinary file, open to be read: a pipe or a device in its place could keep a reader waiting for ever.
 
     Args:
         path: The file.
@@ -213,13 +215,19 @@ def read_file(path: Path, error: type[ColonysimError] = ColonysimError, most: in
             if found.st_size > most:
                 raise error(f"{path}: holds {found.st_size / 1e6:.1f} MB, expected at most {most / 1e6:.1f} MB")
             with os.fdopen(os.dup(handle), "rb") as file:
-                return file.read(most)
+                yield file
         finally:
             os.close(handle)
     except FileNotFoundError:
         raise error(f"{path}: no such file") from None
     except (OSError, ValueError) as reason:
         raise error(f"{path}: cannot be read: {_told(reason)}") from None
+
+
+def read_file(path: Path, error: type[ColonysimError] = ColonysimError, most: int = MAX_BYTES) -> bytes:
+    """The content of an ordinary file; see `opened_file`."""
+    with opened_file(path, error, most) as file:
+        return file.read(most)
 
 
 def _check_ordinary(path: Path, mode: int, error: type[ColonysimError]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
@@ -17,16 +18,17 @@ from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import mode_of, simulate
+from colonysim.trace.kept import Kept, asked_for, by_size
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
-    from colonysim.trace.schema import Event, Frame, Table, Tap
+    from colonysim.trace.schema import Event, Frame, Tap
 
 __all__ = ["run"]
 
@@ -43,7 +45,8 @@ def run(
     seed: int = 0,
     out: str | Path | None = None,
     trace: bool = True,
-    decisions: bool = True,
+    record: str | Iterable[str] | Kept | None = None,
+    decisions: bool | None = None,
     initial: Run | str | Path | None = None,
     backend_options: Mapping[str, Any] | None = None,
     on_start: Callable[[Run], None] | None = None,
@@ -68,7 +71,12 @@ def run(
         seed: Together with the scenario it makes the run; a whole number from 0.
         out: Where to write, absent or empty; by default a new directory below `runs/`. Not without a trace.
         trace: Whether to write a run directory at all. The trace's hash is there either way.
-        decisions: Whether to keep the decisions (candidates and their probabilities), the largest table.
+        record: What to keep besides events and episodes: some of "decisions" (candidates and their probabilities),
+            "deposits", "poses", "controls" and "frames" (pheromones at the end of every episode) or "last-frames" (of
+            the last one), as a list or one text parted by commas. By default everything, unless the world is so large
+            that a table would hinder more than it helps; the manifest says below "recorded" what that leaves out. Or
+            what `colonysim.trace.kept` has made of it.
+        decisions: Deprecated, goes with version 0.2: False leaves the decisions out.
         initial: A run whose pheromones, as they were at its last episode's end, this one starts with.
         backend_options: Keyword arguments for a backend given by name.
         on_start: Called once with the run that is being recorded.
@@ -98,8 +106,16 @@ def run(
         )
     if out is not None and not trace:
         raise ColonysimError(f"{out}: nothing is written there without a trace; leave out either of them")
+    if record is not None and decisions is not None:
+        raise ColonysimError("record and decisions: both say what is kept; leave out decisions")
+    if decisions is not None:
+        warnings.warn("decisions= goes with colonysim 0.2; say record= instead", DeprecationWarning, stacklevel=2)
+    kept = record if record is None or isinstance(record, Kept) else asked_for(record)
     mode = mode_of(scenario, mode)
     count = scenario.episodes if episodes is None else whole("episodes", episodes)
+    if kept is None:
+        kept = by_size(scenario, count)
+        kept = kept.without("decisions") if decisions is False else kept
     seed = as_seed(seed)
     chosen = make_policy(policy, scenario)
     body = make_backend(backend, backend_options)
@@ -116,17 +132,17 @@ def run(
         options={
             "backend": dict(backend_options or {}),
             "overrides": scenario.settings,
-            "decisions": decisions,
+            "decisions": "decisions" in kept.tables,
             "initial": _shown(initial),
         },
+        recorded=kept.document(),
     )
     directory, made = None, _absent(Path("runs") if out is None else Path(out))
     if trace:
         named = policy if policy is not None else scenario.policy
         manifest["sources"] = parts_of(named, backend, scenario.parameters, backend_options)
         directory = prepare_directory(None if out is None else Path(out), manifest)
-    drop: tuple[Table, ...] = () if decisions else ("decisions",)
-    writer = TraceWriter(directory, manifest, drop=drop, tap=tap)
+    writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
     recorded = Run(directory, manifest, writer.results, scenario)
     try:
         with writer:
@@ -134,7 +150,7 @@ def run(
                 on_start(recorded)
             events = simulate(
                 scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
-                initial=start, decisions=decisions, kinds=None if on_event or tap else ("episode",),
+                initial=start, decisions="decisions" in kept.tables, kinds=None if on_event or tap else ("episode",),
             )  # fmt: skip
             try:
                 for event in events:

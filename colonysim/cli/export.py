@@ -59,7 +59,7 @@ def command(
 
         if table is not None:
             raise TraceError(f"a recording is of the whole run; leave the table {table!r} out")
-        write_recording(opened(path), out, wanted)
+        write_recording(opened(path, "poses"), out, wanted)
         say(str(out))
         return
     rows = export(opened(path), table or "events", chosen, out, wanted)

@@ -80,6 +80,7 @@ def command(
             raise ColonysimError(f"{path}: a training, of which there is one image only; leave the choice out")
         images = draw_training(path, out=out, kind=kind)
     else:
-        images = draw(opened(path), what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
+        run = opened(path) if what else opened(path, "frames", "poses")
+        images = draw(run, what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
     for image in images:
         print_result(shown_path(image))

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from colonysim.cli.watch import Watch
     from colonysim.scenario.scenario import Scenario
+    from colonysim.trace.kept import Kept
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
     from colonysim.view.live import Live
@@ -24,6 +25,7 @@ Examples:
   colonysim run hard
   colonysim run hard --variant r5-6 --seed 7 --episodes 10 --json
   colonysim run my.yaml --policy paper --set policy.beta=2 --set detection_radius=20
+  colonysim run hard --record events,frames
   colonysim run hard --watch
   colonysim run hard --backend bullet --live
   colonysim run hard --backend bullet --push staged --out runs/physics
@@ -93,9 +95,18 @@ def command(
         ),
     ] = None,
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Record nothing; results only.")] = False,
+    record: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TABLES",
+            help="What to keep besides events and episodes: some of decisions, deposits, poses, controls, and frames "
+            "or last-frames, parted by commas.",
+            show_default="everything; of a large world less",
+        ),
+    ] = None,
     no_decisions: Annotated[
         bool,
-        typer.Option("--no-decisions", help="Leave out candidates and probabilities."),
+        typer.Option("--no-decisions", help="Deprecated, goes with 0.2: see --record.", hidden=True),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print results as one JSON object.")] = False,
     watch: Annotated[
@@ -124,6 +135,9 @@ def command(
     Progress goes to standard error, results to standard output. Ctrl-C ends the run (SIGTERM
     and a closed terminal do too); what it had recorded until then stays readable. With --live
     on a terminal the page is served until a Ctrl-C after the run.
+
+    Of a large world deposits, or the pheromones at the end of all episodes but the last, are
+    left out unless --record names them; a line says so before the run begins.
     """
     from contextlib import ExitStack
 
@@ -144,18 +158,27 @@ def command(
         raise ColonysimError("--pace: only a node world that is seen, with --watch or --live, is slowed down")
     if no_trace and out is not None:
         raise ColonysimError("--no-trace and --out: the run is either recorded or not")
+    if no_decisions and record is not None:
+        raise ColonysimError("--no-decisions and --record: both say what is kept; leave out --no-decisions")
     loaded = load_scenario(scenario, variant, settings)
     refuse_contradictions(loaded, {"--policy": policy, "--mode": mode, "--episodes": episodes})
     count = loaded.episodes if episodes is None else episodes
+    kept = _kept(loaded, count, record, no_decisions)
+    if kept.thinned and not quiet and not no_trace:
+        say(f"Recorded {kept.why}; --record says otherwise.")
     begun: list[Run] = []
     with ExitStack() as open_until_the_end:
         page = open_until_the_end.enter_context(_page(port)) if live else None
+        if page:
+            from colonysim.view.reading import no_pheromones
 
         def starts(run: Run) -> None:
             begun.append(run)
             if page:
                 page.begin(run)
                 _open(page, no_open)
+                if why := no_pheromones(run, range(1, count + 1)):
+                    say(f"The page shows no pheromones: {why}")
 
         def told() -> str:
             where = f" The run so far is in {shown_path(begun[0].path)}" if begun and begun[0].path else ""
@@ -165,7 +188,7 @@ def command(
             slow = _slowed(shown, _PACE if pace is None else pace) if slowed else shown
             recorded = run(
                 loaded, backend=backend, policy=policy, mode=mode,
-                episodes=count, seed=seed, out=out, trace=not no_trace, decisions=not no_decisions, initial=start,
+                episodes=count, seed=seed, out=out, trace=not no_trace, record=kept, initial=start,
                 backend_options=options, on_start=starts, on_event=slow, tap=page,
             )  # fmt: skip
         if as_json:
@@ -179,6 +202,20 @@ def command(
                 raise SystemExit(1)
             if on_terminal():
                 _stay_until_interrupt(f"The run is over; its page stays at {page.address} until Ctrl-C.")
+
+
+def _kept(scenario: Scenario, episodes: int, record: str | None, no_decisions: bool) -> Kept:
+    """What the run keeps."""
+    from colonysim.cli.console import say
+    from colonysim.trace.kept import asked_for, by_size
+
+    if record is not None:
+        return asked_for(record)
+    kept = by_size(scenario, episodes)
+    if not no_decisions:
+        return kept
+    say("--no-decisions goes with colonysim 0.2; say what to keep with --record")
+    return kept.without("decisions")
 
 
 def _page(port: int) -> Live:

@@ -47,7 +47,7 @@ def command(
         need(package, "video", "a video")
     from colonysim.video import write_video
 
-    run = opened(path)
+    run = opened(path, "poses")
     with Bar("filming", total=1.0) as bar:
         made = write_video(
             run, out, episode=episode, seconds=seconds, fps=fps, size=None if size is None else _size(size),

@@ -39,16 +39,20 @@ def command(
     and opened anywhere. It replays map, agents, boxes, pheromones and decisions; of a run with
     rigid bodies it also shows the scene in 3D. Press ? in it for the keys.
 
-    Of a long run it shows the last episodes that make a page of about 20 MB, unless others are
-    asked for, and says so; a page of more than 100 MB is refused.
+    Of a long run it shows the last episodes that make a page of about 20 MB, of a large episode no
+    pheromones and no decisions, unless --episodes asks for more, and says so; a page of more than
+    100 MB is refused. What was not recorded is not shown, and named.
     """
     from colonysim.cli.console import print_result, say
     from colonysim.cli.numbers import read_numbers
     from colonysim.cli.opening import opened
+    from colonysim.cli.progress import Bar
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)
-    page = write_page(opened(path), out, chosen, tell=say)
+    run = opened(path)
+    with Bar(f"reading {shown_path(path)}", total=1.0) as bar:
+        page = write_page(run, out, chosen, tell=say, progress=bar.move)
     print_result(shown_path(page))
     if not no_open:
         import webbrowser

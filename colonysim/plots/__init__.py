@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from urllib.parse import quote
 
 from colonysim.arguments import MAX_SEED, real, whole, wholes
-from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.errors import ColonysimError, MissingExtraError, TraceError
 from colonysim.files import replacing
 from colonysim.suggest import nearest
 
@@ -87,7 +87,7 @@ def draw(
         if episodes is not None and what is not None and set(what) <= set(_WHOLE):
             raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
         run.check_places("events", "frames", "poses")
-        jobs = _jobs(run, what, _episodes(run, episodes), hole, box)
+        jobs = _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None)
     if out is None:
         if run.path is None:
             raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
@@ -162,7 +162,7 @@ def _need_matplotlib() -> None:
 
 
 def _jobs(
-    run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None
+    run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None, chosen: bool
 ) -> list[tuple[str, Callable[[], Figure]]]:
     """File name and drawing function of each image; every mistake is found before the first is drawn."""
     from colonysim.plots.fates import fates_figure
@@ -185,8 +185,10 @@ def _jobs(
         if given is not None and what is not None and not any(fields.get(word) == key for word in what):
             raise ColonysimError(f"{key} {given}: only with a field that has a value for each {key}, and none is drawn")
     others = [word for word in KINDS if word not in FIELDS]
+    missing = {number: run.missing("frames", number) for number in episodes}
+    framed = [number for number in episodes if chosen or not missing[number]]
     if what is None:
-        what = [*fields, *(word for word in others if word not in fields)]
+        what = [*(fields if framed else ()), *(word for word in others if word not in fields)]
     known = {*fields, *others}
     of_run = dict(zip(_WHOLE, (results_figure, workload_figure, fates_figure), strict=True))
     jobs: list[tuple[str, Callable[[], Figure]]] = []
@@ -201,15 +203,17 @@ def _jobs(
             jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1])))
         elif word in of_run:
             jobs.append((word, lambda make=of_run[word]: make(run)))  # type: ignore[misc]
+        elif lacking := next((missing[number] for number in framed or episodes if missing[number]), ""):
+            raise TraceError(f"{run.path}: {lacking}")
         elif fields[word] == "hole":
             for node in holes if hole is None else [hole]:
-                make = partial(hole_figure, run, word, node, episodes)
+                make = partial(hole_figure, run, word, node, framed)
                 jobs.append((f"{quote(word, safe='')}-hole{node}", make))
         elif fields[word] == "box":
             for number in range(len(scenario.boxes))[:_MOST_BOXES] if box is None else [box]:
-                jobs.append((f"{quote(word, safe='')}-box{number}", partial(box_figure, run, word, number, episodes)))
+                jobs.append((f"{quote(word, safe='')}-box{number}", partial(box_figure, run, word, number, framed)))
         else:
-            jobs.append((quote(word, safe=""), partial(node_figure, run, word, episodes)))
+            jobs.append((quote(word, safe=""), partial(node_figure, run, word, framed)))
     return jobs
 
 
@@ -217,9 +221,10 @@ def _fields(run: Run) -> dict[str, Literal["node", "hole", "box"]]:
     """The pheromone fields of a run, ours first, and what a value of each belongs to; by its rows and its manifest."""
     import pyarrow.compute as pc
 
-    frames = run.table("frames")
-    keyed = set(frames.filter(pc.greater_equal(frames["key"], 0))["field"].unique().to_pylist()) | {"H"}
-    there = {*run.manifest.get("fields", {}), *frames["field"].unique().to_pylist()}
+    keyed, there = {"H"}, {*run.manifest.get("fields", {})}
+    for frames in () if run.missing("frames") else run.batches("frames", ("episode", "field", "key")):
+        keyed.update(frames.filter(pc.greater_equal(frames["key"], 0))["field"].unique().to_pylist())
+        there.update(frames["field"].unique().to_pylist())
     order = [*(name for name in FIELDS if name in there), *sorted(there.difference(FIELDS))]
     return {name: "box" if run.by_box(name) else "hole" if name in keyed else "node" for name in order}
 

@@ -10,6 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, heading_of, panels
+from colonysim.trace.schema import Frame
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from colonysim.trace.reader import Run
-    from colonysim.trace.schema import Frame
 
 __all__ = ["box_figure", "hole_figure", "node_figure"]
 
@@ -35,7 +35,7 @@ def node_figure(run: Run, name: str, episodes: Sequence[int]) -> Figure:
 
 def hole_figure(run: Run, name: str, hole: int, episodes: Sequence[int]) -> Figure:
     """A field with a value per node and hole, such as H: that of one hole, on every node that carries any."""
-    values = [{f.node: f.value for f in _frames(run, name, episode) if f.key == hole} for episode in episodes]
+    values = [{f.node: f.value for f in _frames(run, name, episode, key=hole)} for episode in episodes]
     title = f"{_TITLES.get(name, f'Pheromone {name}')} of the hole at node {hole}"
     return _figure(run, episodes, values, title, f"{name}({hole})", mark=hole)
 
@@ -45,17 +45,31 @@ def box_figure(run: Run, name: str, box: int, episodes: Sequence[int]) -> Figure
     start = run.scenario.topology.ids[run.scenario.boxes[box].node]
     # A field with one value for a box is shown where the box stands at first.
     values = [
-        {start if f.key < 0 else f.key: f.value for f in _frames(run, name, episode) if f.node == box}
-        for episode in episodes
+        {start if f.key < 0 else f.key: f.value for f in _frames(run, name, episode, node=box)} for episode in episodes
     ]
     about = f"of box {box} (starts on node {start}), on the holes it could fill"
     title = f"{_TITLES.get(name, f'Pheromone {name}')} {about}"
     return _figure(run, episodes, values, title, _LABELS.get(name, "{}({})").format(name, box), box_at=start, shape="s")
 
 
-def _frames(run: Run, name: str, episode: int) -> list[Frame]:
-    """The values of a field at an episode's end that can be drawn: a field may well say infinity."""
-    return [frame for frame in run.frames(episode) if frame.field == name and math.isfinite(frame.value)]
+def _frames(run: Run, name: str, episode: int, **where: int) -> list[Frame]:
+    """The values of a field at an episode's end that can be drawn: a field may well say infinity.
+
+    Args:
+        run: The run.
+        name: Of the field.
+        episode: Which.
+        where: Values of other columns, "node" or "key": only these rows.
+    """
+    import pyarrow.compute as pc
+
+    frames: list[Frame] = []
+    for rows in run.only([episode]).batches("frames"):
+        for column, value in {"field": name, **where}.items():
+            rows = rows.filter(pc.equal(rows[column], value))
+        columns = [rows[column].to_pylist() for column in Frame._fields]
+        frames += map(Frame._make, zip(*columns, strict=True))
+    return [frame for frame in frames if math.isfinite(frame.value)]
 
 
 def _figure(

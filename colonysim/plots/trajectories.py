@@ -78,8 +78,8 @@ def _side(canvas: Canvas, thing: int) -> tuple[float, float]:
 
 def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | None:
     """The poses of an episode in graph units, or None if the run has none at all."""
-    poses = run.table("poses")
-    if not poses.num_rows:
+    poses = None if run.missing("poses") else run.table("poses")
+    if poses is None or not poses.num_rows:
         return None
     import pyarrow.compute as pc
 

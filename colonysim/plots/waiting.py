@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from itertools import groupby
+from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, INK, QUIET, plain, title_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
@@ -62,14 +63,21 @@ def spans(events: Iterable[Event]) -> list[Span]:
 
 def waiting_figure(run: Run, episode: int) -> Figure:
     """Above, how many agents did what over the time of an episode; below, the share of waiting by episode."""
-    by_episode: dict[int, list[Event]] = defaultdict(list)
-    for event in run.events():
-        by_episode[event.episode].append(event)
+    numbers = [result.episode for result in run.episodes]
+    shares = {state: np.zeros(len(numbers)) for state in _WAITS}
+    shown: list[Event] = []
+    for number, events in groupby(run.events(), key=attrgetter("episode")):
+        own = list(events)
+        if number == episode:
+            shown = own
+        if number in numbers:
+            for state, share in _shares(own).items():
+                shares[state][numbers.index(number)] = share
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
     figure.suptitle(title_of("Waiting and blocking", run), fontsize=11, color=INK)
     above, below = figure.subplots(2, 1)
     length = {result.episode: result.sim_seconds for result in run.episodes}
-    times, counts = _counts(spans(by_episode[episode]), length[episode])
+    times, counts = _counts(spans(shown), length[episode])
     kept = [i for i, state in enumerate(_STATES) if counts[state].any()]
     # Of an episode in which nothing took any time there is nothing to stack.
     if kept:
@@ -77,7 +85,7 @@ def waiting_figure(run: Run, episode: int) -> Figure:
             times, [counts[_STATES[i]] for i in kept], step="post", colors=[_COLOURS[i] for i in kept],
             labels=[_STATES[i] for i in kept], linewidth=0,
         )  # fmt: skip
-    wrong = [event.time for event in by_episode[episode] if event.kind == "end" and event.status != "arrived"]
+    wrong = [event.time for event in shown if event.kind == "end" and event.status != "arrived"]
     if wrong:
         above.plot(wrong, [0] * len(wrong), "|", color=BLOCKED, markersize=9, label="did not arrive", clip_on=False)
     plain(above, "simulated time [s]", "agents", f"episode {episode}")
@@ -85,8 +93,6 @@ def waiting_figure(run: Run, episode: int) -> Figure:
     above.yaxis.set_major_locator(MaxNLocator(integer=True))
     above.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
-    numbers = [result.episode for result in run.episodes]
-    shares = _shares(by_episode, numbers)
     bottom = np.zeros(len(numbers))
     for state in (state for state in _WAITS if shares[state].any()):
         below.bar(numbers, shares[state], bottom=bottom, color=_COLOURS[_STATES.index(state)], label=state, width=0.8)
@@ -113,13 +119,12 @@ def _counts(found: Sequence[Span], length: float) -> tuple[np.ndarray, dict[str,
     return times, counts
 
 
-def _shares(by_episode: Mapping[int, Sequence[Event]], numbers: Sequence[int]) -> dict[str, np.ndarray]:
-    """For each episode the waiting of all agents, per cent of their time under way."""
-    shares = {state: np.zeros(len(numbers)) for state in _WAITS}
-    for i, number in enumerate(numbers):
-        found = [span for span in spans(by_episode[number]) if span.state in _STATES[:4]]
-        whole = sum(span.end - span.begin for span in found)
-        for span in found:
-            if span.state in shares:
-                shares[span.state][i] += 100 * (span.end - span.begin) / whole
+def _shares(events: Iterable[Event]) -> dict[str, float]:
+    """The waiting of all agents in an episode, per cent of their time under way."""
+    found = [span for span in spans(events) if span.state in _STATES[:4]]
+    whole = sum(span.end - span.begin for span in found)
+    shares = dict.fromkeys(_WAITS, 0.0)
+    for span in found:
+        if span.state in shares:
+            shares[span.state] += 100 * (span.end - span.begin) / whole
     return shares

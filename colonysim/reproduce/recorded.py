@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["DRAWINGS", "RUNS", "Drawing", "Recording", "drawn", "recorded"]
 
+_RECORD = ("deposits", "poses", "controls", "frames")
+"""What is kept of a run: all but the decisions, which no drawing shows."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -109,7 +112,7 @@ def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None)
         shutil.rmtree(directory)
     return run(
         what.scenario, variant=what.variant, policy=what.policy, mode=what.mode, backend=what.backend,
-        episodes=episodes, seed=seed, out=directory, decisions=False,
+        episodes=episodes, seed=seed, out=directory, record=_RECORD,
     )  # fmt: skip
 
 

@@ -10,10 +10,10 @@ from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from pathlib import Path
 
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.schema import Table
+    from colonysim.trace.stored import Piece
 
 __all__ = ["Rows", "coded"]
 
@@ -25,35 +25,44 @@ _ORDERED: tuple[Table, ...] = ("events", "decisions", "deposits")
 
 
 class Rows:
-    """A table, and where in which file each of its rows is.
+    """Rows of a table, and where in which file each of them is.
 
     Args:
         table: Name of the table.
-        parts: Path and rows of each part.
+        pieces: The rows.
+        empty: The table without rows.
 
     Attributes:
-        all: All rows, a `pyarrow.Table`.
+        all: All of these rows, a `pyarrow.Table`.
     """
 
-    def __init__(self, table: Table, parts: Sequence[tuple[Path, Any]], empty: Any) -> None:
+    def __init__(self, table: Table, pieces: Sequence[Piece], empty: Any) -> None:
         import pyarrow as pa
 
         self.table = table
-        self._parts = [(path, rows.num_rows) for path, rows in parts]
-        self.all = pa.concat_tables([rows for _, rows in parts]) if parts else empty
+        self._pieces = [(path, first, rows.num_rows) for path, first, rows in pieces]
+        self.all = pa.concat_tables([piece.rows for piece in pieces]) if pieces else empty
+        self._columns = {name: kind for name, kind in TABLES[table].items() if name in self.all.column_names}
 
-    def check(self, episodes: int) -> None:
+    @property
+    def last(self) -> tuple[int, float]:
+        """Episode and time of the last row; the time is 0 in a table without, or read without."""
+        time = self.all["time"][-1].as_py() if "time" in self._columns else 0.0
+        return self.all["episode"][-1].as_py(), time
+
+    def check(self, episodes: int, after: tuple[int, float] | None = None) -> None:
         """Checks what can be said without knowing the place.
 
         Args:
             episodes: How many episodes the run was to have.
+            after: Episode and time of the row before these, if there is one.
 
         Raises:
             TraceError: The first value that cannot be, by file, column and row.
         """
         import numpy as np
 
-        columns = {n: self._numbers(n) for n, kind in TABLES[self.table].items() if kind in ("int", "float")}
+        columns = {n: self._numbers(n) for n, kind in self._columns.items() if kind in ("int", "float")}
         for name, values in columns.items():
             if name in _TIMES:
                 self._all(name, (values >= 0) & (values <= _LONGEST), f"0 to {_LONGEST:g} seconds")
@@ -64,14 +73,16 @@ class Rows:
             self._all("episode", number == np.arange(1, len(number) + 1), "1, 2, 3 and so on")
             self._all("success", (columns["success"] >= 0) & (columns["success"] <= 1), "0 to 1")
         self._all("episode", (number >= 1) & (number <= episodes), f"1 to {episodes}")
-        self._all("episode", np.diff(number, prepend=number[:1]) >= 0, "no number smaller than the one before")
-        if self.table in _ORDERED:
+        number_before = number[:1] if after is None else after[:1]
+        steps = np.diff(number, prepend=number_before)
+        self._all("episode", steps >= 0, "no number smaller than the one before")
+        if self.table in _ORDERED and "time" in columns:
             time = columns["time"]
-            later = (np.diff(time, prepend=time[:1]) >= 0) | (np.diff(number, prepend=number[:1]) > 0)
-            self._all("time", later, "no moment before the one before")
-        if self.table == "events":
+            later = np.diff(time, prepend=time[:1] if after is None else after[1:]) >= 0
+            self._all("time", later | (steps > 0), "no moment before the one before")
+        if {"began", "time"} <= columns.keys():
             self._all("began", columns["began"] <= columns["time"], "no moment after the row's time")
-        if self.table == "decisions":
+        if {"targets", "boxes", "probabilities"} <= self._columns.keys():
             self._check_choices()
 
     def check_places(self, scenario: Scenario, by_box: Callable[[str], bool]) -> None:
@@ -89,7 +100,7 @@ class Rows:
         ids = np.asarray(scenario.topology.ids)
         holes = np.asarray([scenario.topology.ids[hole.node] for hole in scenario.holes], dtype=np.int64)
         agents, boxes = len(scenario.agents), len(scenario.boxes)
-        columns = TABLES[self.table]
+        columns = self._columns
 
         def known(name: str, values: Any, of: Any, what: str, where: Any = True) -> None:
             self._all(name, (values == -1) | np.isin(values, of) | ~np.broadcast_to(where, values.shape), what)
@@ -111,10 +122,10 @@ class Rows:
                 self._all(name, (self._numbers(name) == -1) | self._below(name, count), f"-1 to {count - 1}")
         if self.table == "poses":
             self._check_bodies(agents, boxes)
-        elif self.table == "decisions":
+        elif self.table == "decisions" and {"targets", "boxes"} <= columns.keys():
             self._each("targets", lambda values: np.isin(values, ids), "nodes of the scenario")
             self._each("boxes", lambda values: (values >= -1) & (values < boxes), f"-1 to {boxes - 1}")
-        elif self.table == "events":
+        elif self.table == "events" and len(columns) == len(TABLES["events"]):
             self._check_events(agents)
 
     def _check_events(self, agents: int) -> None:
@@ -176,9 +187,10 @@ class Rows:
 
     def _fault(self, name: str, row: int, expected: str) -> TraceError:
         found, at = self.all[name][row].as_py(), row
-        for path, count in self._parts:
+        for path, first, count in self._pieces:
             if at < count:
-                return TraceError(f"{path}: column {name!r}, row {at}: is {str(found)[:60]}, expected {expected}")
+                where = f"{path}: column {name!r}, row {first + at}"
+                return TraceError(f"{where}: is {str(found)[:60]}, expected {expected}")
             at -= count
         raise IndexError(row)
 

@@ -106,6 +106,8 @@ def check_manifest(manifest: Mapping[str, Any], file: Path) -> None:
             raise TraceError(f"{file}: rows.{table[:60]}: no such table, expected one of {', '.join(TABLES)}")
         if not 0 <= fields.of(count, f"rows.{table}", int) <= MOST:
             raise fields.fault(f"rows.{table}", count, "0 or more")
+    if "recorded" in manifest:
+        _check_recorded(fields, fields.field(manifest, "recorded", dict))
     for name, told in fields.of(manifest.get("fields", {}), "fields", dict).items():
         where = f"fields.{name[:60]}"
         if not isinstance(fields.of(told, where, dict).get("by_box"), bool):
@@ -115,6 +117,19 @@ def check_manifest(manifest: Mapping[str, Any], file: Path) -> None:
         fields.of(version, f"versions.{name[:60]}", str)
     if "evaluation" in manifest:
         _check_evaluation(fields, fields.field(manifest, "evaluation", dict), manifest["episodes"])
+
+
+def _check_recorded(fields: _Fields, recorded: Mapping[str, Any]) -> None:
+    """What the run was to keep."""
+    tables = fields.field(recorded, "tables", list, "recorded")
+    for i, table in enumerate(tables):
+        if not isinstance(table, str) or table not in TABLES:
+            raise fields.fault(f"recorded.tables.{i}", table, f"one of {', '.join(TABLES)}")
+    if not {"events", "episodes"} <= {*tables}:
+        raise fields.fault("recorded.tables", tables, "events and episodes among them")
+    if fields.field(recorded, "frames", str, "recorded") not in ("all", "last", "none"):
+        raise fields.fault("recorded.frames", recorded["frames"], "all, last or none")
+    fields.field(recorded, "why", str, "recorded")
 
 
 def _check_options(fields: _Fields, options: Mapping[str, Any]) -> None:

@@ -65,6 +65,7 @@ def begin_manifest(
     scenario: Scenario | None = None,
     variant: str | None = None,
     options: Mapping[str, Any] | None = None,
+    recorded: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The manifest of a run that is about to start (status "running"); some runs have no scenario."""
     manifest = {
@@ -90,6 +91,8 @@ def begin_manifest(
             "implementation": platform.python_implementation(),
         },
     }
+    if recorded is not None:
+        manifest["recorded"] = _plain(recorded)
     if scenario is not None:
         manifest |= {"scenario_sha256": scenario.digest, "scenario": _plain(scenario.document)}
     return manifest

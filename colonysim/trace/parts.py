@@ -1,31 +1,24 @@
-"""Part files: how a table's columns lie on disk, and how they come back."""
+"""Part files: how a table's columns lie on disk."""
 
 from __future__ import annotations
 
 from array import array
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import accumulate
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
-from colonysim.files import read_file, replacing
+from colonysim.files import replacing
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
 
     from colonysim.trace.packing import Codes, Packed
     from colonysim.trace.schema import Table
 
-__all__ = ["arrow_table", "read_parts", "table_schema", "write_part"]
-
-ROWS_IN_GROUP = 2048
-_MOST_METADATA = 1_000_000
-"""Longest text and list in the metadata of a part."""
-_MOST_VALUES = 32
-"""Values for each byte of a part at most: numbers of eight bytes that snappy makes 21 times smaller are 2.7."""
-_LONGEST_TEXT = 1000
-"""Of a cell, characters."""
+__all__ = ["PartFile", "arrow_table", "table_schema"]
 
 
 def _arrow_type(kind: str) -> Any:
@@ -72,135 +65,91 @@ def arrow_table(columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> An
     return pa.table({name: _column(part, codes[name]) for name, part in columns.items()})
 
 
-def write_part(path: Path, columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> None:
-    """Writes one part under a temporary name and renames it into place.
+class PartFile:
+    """A part that is being written, under a temporary name until `close` renames it into place.
 
-    Raises:
-        TraceError: The file cannot be written (disk full, no permission).
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    # Without the Arrow schema texts come back as plain strings, whatever dictionary wrote them.
-    # Numbers hardly repeat: looking for it (a dictionary) and bounds (statistics) cost more than they save.
-    texts = [name for name, part in columns.items() if part.kind == "text"]
-    # An open file: Arrow takes no name that is not text.
-    with replacing(path, TraceError) as temporary, temporary.open("wb") as file:
-        pq.write_table(
-            arrow_table(columns, codes),
-            file,
-            store_schema=False,
-            compression="snappy",
-            use_dictionary=texts,
-            write_statistics=False,
-            # A byte that changed on disk is found out when it is read.
-            write_page_checksum=True,
-            # What a part takes on its way to disk is little and given back: memory does not grow with a run's steps.
-            row_group_size=ROWS_IN_GROUP,
-            memory_pool=pa.system_memory_pool(),
-        )
-
-
-def read_parts(
-    directory: Path, table: Table, rows: int | None, columns: Sequence[str] | None = None
-) -> Iterator[tuple[Path, Any]]:
-    """The parts of a table in order, each as a path and a `pyarrow.Table`; temporary files are passed over.
+    Groups of rows go to disk as they come, so memory does not grow with the part. Of a process that is killed the
+    file stays under its temporary name, where no reader looks.
 
     Args:
-        directory: The run directory.
-        table: Name of the table.
-        rows: How many rows the table has by the manifest; None while nobody has counted them.
-        columns: Names of the columns that are read; None for all.
+        path: The part.
+        columns: Of its first rows; they say what each column holds.
 
-    Args:
-        directory: The run directory.
-        table: Name of the table.
-        episodes: Only the rows of these.
+    Attributes:
+        rows: How many it has so far.
 
     Raises:
-        TraceError: A part is damaged or missing, or the table has other rows than that.
+        TraceError: The file cannot be made.
     """
-    import pyarrow as pa
 
-    folder, found, schema = directory / table, 0, table_schema(table)
-    if columns is not None:
-        schema = pa.schema([schema.field(name) for name in columns])
-    for number, path in enumerate(_listed(folder)):
-        if path.name != f"part-{number:05d}.parquet":
-            raise TraceError(f"{folder}: part-{number:05d}.parquet is missing")
-        part = _read_part(path, schema, None if rows is None else rows - found)
-        found += part.num_rows
-        yield path, part
-    if rows is not None and found != rows:
-        what = f"holds {found} rows" if folder.is_dir() else "is missing"
-        raise TraceError(f"{folder}: {what}, the manifest counts {rows}; part of the run is not there")
+    def __init__(self, path: Path, columns: Mapping[str, Packed]) -> None:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        self.rows = 0
+        kinds = {name: _arrow_type(part.kind) for name, part in columns.items()}
+        texts = [name for name, part in columns.items() if part.kind == "text"]
+        schema = pa.schema(kinds | dict.fromkeys(texts, pa.dictionary(pa.int32(), pa.string())))
+        with ExitStack() as stack:
+            temporary = stack.enter_context(replacing(path, TraceError))
+            # An open file: Arrow takes no name that is not text.
+            file = stack.enter_context(temporary.open("wb"))
+            self._writer = pq.ParquetWriter(
+                file,
+                schema,
+                # Without the Arrow schema texts come back as plain strings, whatever dictionary wrote them.
+                store_schema=False,
+                compression="snappy",
+                # Numbers hardly repeat: looking for it (a dictionary) and bounds (statistics) cost more than they save.
+                use_dictionary=texts,
+                write_statistics=False,
+                # A byte that changed on disk is found out when it is read.
+                write_page_checksum=True,
+                # What a part takes on its way to disk is little and given back.
+                memory_pool=pa.system_memory_pool(),
+            )
+            self._ending = stack.pop_all()
+
+    def add(self, columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> None:
+        """Writes rows that follow; if that fails the whole part is gone.
+
+        Raises:
+            TraceError: The file cannot be written (disk full).
+        """
+        with self._or_nothing():
+            table = arrow_table(columns, codes)
+            self._writer.write_table(table, row_group_size=max(table.num_rows, 1))
+            self.rows += table.num_rows
+
+    def close(self) -> None:
+        """Ends the file and renames it into place.
+
+        Raises:
+            TraceError: It cannot be written (disk full); the part is gone then.
+        """
+        with self._or_nothing():
+            self._writer.close()
+        self._ending.close()
+
+    def abandon(self) -> None:
+        """Removes what there is of the part."""
+        self._writer.is_open = False  # or it would write its end into a file that is closed
+        with suppress(_Abandoned), self._ending:
+            raise _Abandoned
+
+    @contextmanager
+    def _or_nothing(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:
+            self._writer.is_open = False
+            with self._ending:
+                raise
+
+    def __del__(self) -> None:
+        if hasattr(self, "_ending"):
+            self.abandon()
 
 
-def _listed(folder: Path) -> list[Path]:
-    try:
-        return sorted(folder.glob("part-*.parquet")) if folder.is_dir() else []
-    except OSError as error:
-        raise TraceError(f"{folder}: cannot be read: {error.strerror or error}") from None
-
-
-def _read_part(path: Path, schema: Any, most: int | None) -> Any:
-    """The rows of a part: its columns and no others, of their types, without nulls.
-
-    Sizes are looked at before memory is spent on them: a damaged file may claim any.
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    content = read_file(path, TraceError)
-    texts = [field.name for field in schema if field.type == pa.string()]
-    try:
-        file = pq.ParquetFile(
-            pa.BufferReader(content), read_dictionary=texts, page_checksum_verification=True,
-            thrift_string_size_limit=_MOST_METADATA, thrift_container_size_limit=_MOST_METADATA,
-        )  # fmt: skip
-        about = file.metadata
-        missing = [name for name in schema.names if name not in file.schema_arrow.names]
-        if missing:
-            raise TraceError(f"{path}: damaged part, it has no column {missing[0]!r}")
-        if most is not None and about.num_rows > most:
-            raise TraceError(f"{path}: holds {about.num_rows} rows, by the manifest {most} are left of this table")
-        _check_sizes(path, about, len(content))
-        rows = file.read(columns=schema.names, use_threads=False)
-        _check_columns(path, rows, schema)
-        rows = pa.table([rows[name].cast(schema.field(name).type) for name in schema.names], schema=schema)
-        rows.validate(full=True)
-    except (OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError) as error:
-        told = (str(error).splitlines() or [type(error).__name__])[0]
-        raise TraceError(f"{path}: damaged part, cannot be read ({told[:200]})") from error
-    return rows
-
-
-def _check_sizes(path: Path, about: Any, size: int) -> None:
-    groups = [about.row_group(i) for i in range(about.num_row_groups)]
-    rows = sum(group.num_rows for group in groups)
-    chunks = [group.column(i) for group in groups for i in range(group.num_columns)]
-    values = sum(max(chunk.num_values, 0) for chunk in chunks)
-    if rows != about.num_rows or min((group.num_rows for group in groups), default=0) < 0:
-        raise TraceError(f"{path}: damaged part, it claims {about.num_rows} rows and its groups {rows}")
-    if values > size * _MOST_VALUES:
-        raise TraceError(f"{path}: damaged part, it claims {values} values in {size} bytes")
-
-
-def _check_columns(path: Path, rows: Any, schema: Any) -> None:
-    import pyarrow as pa
-
-    for field in schema:
-        column = rows[field.name]
-        kind = column.type
-        if field.type == pa.string() and pa.types.is_dictionary(kind):
-            kind = kind.value_type
-            texts = (text for part in column.chunks for text in part.dictionary.to_pylist())
-            longest = max((len(text or "") for text in texts), default=0)
-            if longest > _LONGEST_TEXT:
-                raise TraceError(f"{path}: column {field.name!r} holds a text of {longest} characters")
-        lists = pa.types.is_list(kind) and pa.types.is_list(field.type)
-        if kind != field.type and not (lists and kind.value_type == field.type.value_type):
-            raise TraceError(f"{path}: column {field.name!r} holds {kind}, expected {field.type}")
-        inner = [part.flatten() for part in column.chunks] if pa.types.is_list(kind) else []
-        if column.null_count or any(part.null_count for part in inner):
-            raise TraceError(f"{path}: column {field.name!r} holds nulls, expected {field.type}")
+class _Abandoned(Exception):  # noqa: N818
+    """What ends a part that nobody wants any more."""

@@ -10,17 +10,23 @@ from typing import TYPE_CHECKING, Any, get_args
 from colonysim.arguments import whole
 from colonysim.errors import TraceError
 from colonysim.trace.checks import Rows
+from colonysim.trace.kept import left_out
 from colonysim.trace.manifest import MANIFEST, read_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
-from colonysim.trace.parts import read_parts, table_schema
+from colonysim.trace.parts import table_schema
 from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
+from colonysim.trace.stored import read_parts
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
     from colonysim.scenario.scenario import Scenario
+    from colonysim.trace.stored import Piece
 
 __all__ = ["Run"]
+
+_KEPT_ROWS = 500_000
+"""Most rows of a table that is read once and kept for whoever asks for its rows episode by episode."""
 
 
 class Run:
@@ -122,65 +128,117 @@ class Run:
         """All rows of a table as a `pyarrow.Table`; see `colonysim.trace.schema.TABLES` for the columns.
 
         Raises:
-            TraceError: No such table, a damaged part, or a run that kept no trace.
+            TraceError: No such table, one that the run was not to keep, a damaged part, or a run that kept no trace.
+        """
+        self.check_kept(name)
+        return self._rows(name).all
+
+    def batches(self, name: Table, columns: Sequence[str] | None = None) -> Iterator[Any]:
+        """The rows of a table in order, some thousand at a time: each a `pyarrow.Table`, checked as all of them are.
+
+        Args:
+            name: Name of the table.
+            columns: Which columns, "episode" among them; None for all.
+
+        Raises:
+            TraceError: As for `table`.
+        """
+        for rows in self.pieces(name, columns):
+            yield rows.all
+
+    def missing(self, name: Table, episode: int | None = None) -> str:
+        """Why the run has no rows of a table, by what was to be recorded; empty if it may well have some.
+
+        Args:
+            name: Name of the table.
+            episode: Of this episode; of any if None.
+        """
+        return left_out(self.manifest, name, episode)
+
+    def check_kept(self, name: Table, episode: int | None = None) -> None:
+        """Checks that a table can be asked for.
+
+        Raises:
+            TraceError: There is no such table, the run kept no trace, or was not to keep it.
         """
         if name not in get_args(Table):
             raise TraceError(f"no table {name!r} in a trace; there are: {', '.join(TABLES)}")
         if self.path is None:
             raise TraceError("this run kept no trace; run it again with one to read its tables")
-        return self._rows(name).all
+        if why := self.missing(name, episode):
+            raise TraceError(f"{self.path}: {why}")
+
+    def pieces(self, name: Table, columns: Sequence[str] | None = None) -> Iterator[Rows]:
+        """As `batches`, for whoever checks that they fit the scenario too."""
+        self.check_kept(name)
+        if name == "episodes":  # each has one row, and they are checked as a whole
+            yield from [rows] if (rows := self._rows(name)).all.num_rows else []
+            return
+        complete, last = self._known_complete(name), (0, 0.0)
+        for piece in self._chosen(name, columns):
+            rows = Rows(name, [piece], None)
+            if len(rows.all):
+                rows.check(self.manifest["episodes"], last if last[0] else None)
+                last = rows.last
+                yield rows
+        self._check_end(name, last[0], complete)
 
     def _rows(self, name: Table) -> Rows:
         """All rows of a table, checked."""
-        assert self.path is not None
         if name in self._tables:
             return self._tables[name]
-        # What is still being written is read anew each time. A complete episode has all its rows: of one that is known
-        # to be complete before the others are read, its last event has to be there.
-        growing = self.status == "running" and name == "events" and self._only is None
-        complete = len(self.table("episodes")) if growing else 0
+        # What is still being written is read anew each time.
+        complete = self._known_complete(name)
         rows = Rows(name, [*self._chosen(name)], table_schema(name).empty_table())
         rows.check(self.manifest["episodes"])
-        last = rows.all["episode"][-1].as_py() if rows.all.num_rows else 0
-        if last < complete:
-            there = f"ends with episode {last}, but {complete} are complete"
-            raise TraceError(f"{self.path / name}: {there}; a part is missing")
+        self._check_end(name, rows.last[0] if rows.all.num_rows else 0, complete)
         if self.status != "running":
             self._tables[name] = rows
         return rows
 
-    def _chosen(self, name: Table) -> Iterator[tuple[Path, Any]]:
-        """The parts of a table, only the rows of the episodes that count."""
-        if self._only is None or name == "episodes":
-            yield from self._parts(name)
-            return
-        import pyarrow as pa
-        import pyarrow.compute as pc
+    def _known_complete(self, name: Table) -> int:
+        """How many episodes a table must hold at least.
 
-        wanted = pa.array(sorted(self._only), pa.int64())
-        for path, rows in self._parts(name):
-            yield path, rows.filter(pc.is_in(rows["episode"], value_set=wanted))
+        A complete episode has all its rows: of one that is known to be complete before the others are read, its last
+        event has to be there.
+        """
+        growing = self.status == "running" and name == "events" and self._only is None
+        return len(self.table("episodes")) if growing else 0
 
-    def _parts(self, name: Table, columns: Sequence[str] | None = None) -> Iterator[tuple[Path, Any]]:
+    def _check_end(self, name: Table, last: int, complete: int) -> None:
+        assert self.path is not None
+        if last < complete:
+            there = f"ends with episode {last}, but {complete} are complete"
+            raise TraceError(f"{self.path / name}: {there}; a part is missing")
+
+    def _chosen(self, name: Table, columns: Sequence[str] | None = None) -> Iterator[Piece]:
+        """The rows of a table, piece by piece, only those of the episodes that count."""
+        return self._pieces(name, columns, None if name == "episodes" else self._only)
+
+    def _pieces(
+        self, name: Table, columns: Sequence[str] | None = None, episodes: Collection[int] | None = None
+    ) -> Iterator[Piece]:
         """The parts of a table as they are on disk: as many rows as were counted when the run ended."""
         assert self.path is not None
         if not self.path.is_dir():
             raise TraceError(f"{self.path}: no such run directory; it was there when the run was opened")
         counted = None if self.status == "running" else self.manifest["rows"].get(name, 0)
-        return read_parts(self.path, name, counted, columns)
+        return read_parts(self.path, name, counted, columns, episodes)
 
     def check_places(self, *names: Table) -> None:
         """Checks that the nodes, holes, boxes and agents in some tables are those of the scenario.
 
-        For whoever looks them up there; without names, in all tables.
+        For whoever looks them up there; without names, in all tables that the run was to keep.
 
         Raises:
             TraceError: One is not, a part is damaged, or the run kept no trace or has no scenario.
             ScenarioError: The scenario is wrong.
         """
+        if self.path is None:
+            raise TraceError("this run kept no trace; run it again with one to read its tables")
         for name in names or TABLES:
-            if self.table(name).num_rows:
-                self._rows(name).check_places(self.scenario, self.by_box)
+            for rows in () if self.missing(name) else self.pieces(name):
+                rows.check_places(self.scenario, self.by_box)
 
     def check_apart(self, out: str | Path) -> None:
         """Checks that a file which is to be written is none of the run's own: neither its manifest nor in a table.
@@ -218,22 +276,28 @@ class Run:
         Raises:
             TraceError: A damaged part, or a run that kept no trace.
         """
-        if self.path is None:
-            raise TraceError("this run kept no trace; run it again with one to read its tables")
+        self.check_kept(name)
         found: Counter[int] = Counter()
-        for _, rows in self._parts(name, ("episode",)):
+        for _, _, rows in self._pieces(name, ("episode",)):
             for each in rows["episode"].value_counts().to_pylist():
                 found[each["values"]] += each["counts"]
         return dict(found)
 
-    def _of_episode(self, name: Table, episode: int | None) -> Any:
-        table = self.table(name)
+    def _of_episode(self, name: Table, episode: int | None) -> Iterator[Any]:
+        """The rows of an episode, or of all, some thousand at a time; a small table is read once and kept."""
+        if episode is not None:
+            episode = whole("episode", episode)
+        self.check_kept(name, episode)
+        if self.status == "running" or self.manifest["rows"].get(name, 0) > _KEPT_ROWS:
+            chosen = self if episode is None or self._only is not None else self.only([episode])
+            batches = chosen.batches(name)
+        else:
+            batches = iter([self.table(name)])
         if episode is None:
-            return table
-        episode = whole("episode", episode)
+            return batches
         import pyarrow.compute as pc
 
-        return table.filter(pc.equal(table["episode"], episode))
+        return (rows.filter(pc.equal(rows["episode"], episode)) for rows in batches)
 
     def events(self, episode: int | None = None) -> Iterator[Event]:
         """What happened, in order; of one episode if given, which need not be complete.
@@ -241,30 +305,37 @@ class Run:
         Raises:
             TraceError: The run has no such episode.
         """
-        table = self._of_episode("events", episode)
-        if episode is not None and not len(table):
+        found = False
+        for rows in self._of_episode("events", episode):
+            for batch in rows.to_batches(max_chunksize=4096):
+                found = found or batch.num_rows > 0
+                columns = [batch.column(name).to_pylist() for name in Event._fields]
+                yield from map(Event._make, zip(*columns, strict=True))
+        if episode is not None and not found:
             self._complete(episode)
-        for batch in table.to_batches(max_chunksize=4096):
-            columns = [batch.column(name).to_pylist() for name in Event._fields]
-            yield from map(Event._make, zip(*columns, strict=True))
 
     def frames(self, episode: int | None = None, field: str | None = None) -> list[Frame]:
         """The pheromone values at the end of an episode (default: the last complete one).
 
         Raises:
-            TraceError: The run has no such episode or field.
+            TraceError: The run has no such episode or field, or was not to keep these values.
         """
+        import pyarrow.compute as pc
+
         episode = self._complete(episode)
-        table = self._of_episode("frames", episode)
-        columns = [table[name].to_pylist() for name in Frame._fields]
-        frames = list(map(Frame._make, zip(*columns, strict=True)))
-        if field is None:
-            return frames
-        chosen = [frame for frame in frames if frame.field == field]
-        if not chosen:
-            known = ", ".join(sorted({frame.field for frame in frames})) or "none"
-            raise TraceError(f"episode {episode} has no values of a field {field!r}; fields: {known}")
-        return chosen
+        frames: list[Frame] = []
+        known: set[str] = set()
+        for rows in self._of_episode("frames", episode):
+            if field is not None:
+                known.update(rows["field"].unique().to_pylist())
+                rows = rows.filter(pc.equal(rows["field"], field))
+            columns = [rows[name].to_pylist() for name in Frame._fields]
+            frames += map(Frame._make, zip(*columns, strict=True))
+        if field is not None and field not in known:
+            raise TraceError(
+                f"episode {episode} has no values of a field {field!r}; fields: {', '.join(sorted(known)) or 'none'}"
+            )
+        return frames
 
     def field(self, name: str, episode: int | None = None) -> dict[Any, float]:
         """A pheromone field at the end of an episode (default: the last complete one).
@@ -308,7 +379,7 @@ class Run:
         for name in TABLES:
             # Part by part: a long run does not have to fit into memory.
             rows = TableDigest(name)
-            for _, part in self._parts(name):
+            for _, _, part in self._pieces(name):
                 rows.add(list(zip(*(column.to_pylist() for column in part.columns), strict=True)))
             if name in self.manifest["rows"]:
                 digests.append(rows)

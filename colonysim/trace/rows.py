@@ -234,9 +234,10 @@ class Rows:
                 self._write(table, (self._episode, *row))
 
     def close(self, fields: Mapping[str, Field], result: EpisodeResult) -> None:
-        """The episode has ended: a key frame of every field, and the result."""
+        """The episode has ended: a key frame of every field, if the sink keeps that of this one, and the result."""
         if self._write:
-            for name, field in fields.items():
+            kept = self._writer is None or self._writer.keeps("frames", self._episode)
+            for name, field in fields.items() if kept else ():
                 for node, key, value in field.frame():
                     place = node if field.by_box else self._numbers[node]
                     self._write("frames", Frame(self._episode, name, place, self._holes[key], value))

@@ -6,16 +6,17 @@ import signal
 import threading
 import time
 from collections import deque
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
 from colonysim.trace.manifest import finish_manifest, write_manifest
 from colonysim.trace.packing import Block, TableDigest, trace_sha256
-from colonysim.trace.parts import write_part
+from colonysim.trace.parts import PartFile
 from colonysim.trace.schema import TABLES, EpisodeResult
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Iterator, Mapping
     from pathlib import Path
     from types import FrameType, TracebackType
 
@@ -26,6 +27,10 @@ __all__ = ["TraceWriter"]
 
 #: Rows that become columns at a time: as many as stay in a processor's cache.
 BLOCK = 512
+#: Rows that go to disk at a time.
+GROUP = 2048
+#: Share of a table's rows that one part may hold, once there are many.
+SHARE = 1 / 256
 #: Shortest time between two moments that a tap learns of, wall clock.
 SHARE_SECONDS = 0.2
 
@@ -33,18 +38,21 @@ SHARE_SECONDS = 0.2
 class TraceWriter:
     """Takes rows, hashes them, and writes them as Parquet parts, each renamed into place.
 
-    Rows wait in a list until there are a few thousand, then become columns and a share of the hash. Columns
-    are written once they hold `rows_per_part` rows, or when an event comes more than two seconds (or a tenth
-    of the run's time so far) after the last parts: a killed run loses little, and a long one does not end
-    as thousands of small files. The hash does not depend on any of this.
+    Rows wait in a list until there are a few hundred, then become columns and a share of the hash. A few thousand go
+    to disk as a group of the table's open part. That is closed, and so becomes readable, when an event comes more than
+    two seconds (or a tenth of the run's time so far) after the last parts were, or when it holds `rows_per_part` rows.
+    So memory does not grow with a run's steps, a killed run loses the last tenth of its time at most, and a long one
+    does not end as thousands of small files: with time their number grows as its logarithm does. The hash does not
+    depend on any of this.
 
     Args:
         directory: Where to write; an existing, empty directory. None to hash only.
-        manifest: From `begin_manifest`; stored at once as "running", again at the end.
+        manifest: From `begin_manifest`; stored at once as "running", again at the end. Of what it says below
+            "recorded" the writer heeds which key frames are kept.
         drop: Tables that are neither written nor hashed.
-        rows_per_part: Most rows in a part.
+        rows_per_part: Most rows in a part, as long as a table has no more than 256 such parts.
         flush_seconds: Shortest time between two flushes that do not come of a full table, wall clock.
-        tap: Is told all rows as well.
+        tap: Is told all rows that are kept as well.
 
     Attributes:
         results: The results of the episodes so far.
@@ -63,7 +71,7 @@ class TraceWriter:
         manifest: dict[str, Any],
         *,
         drop: Collection[Table] = (),
-        rows_per_part: int = 4096,
+        rows_per_part: int = 2**20,
         flush_seconds: float = 2.0,
         tap: Tap | None = None,
     ) -> None:
@@ -74,6 +82,8 @@ class TraceWriter:
         self.results: list[EpisodeResult] = []
         self._packed: dict[Table, dict[str, Packed]] = {}
         self._parts: dict[Table, int] = {}
+        self._open: dict[Table, PartFile] = {}
+        self._lost = ""
         for table in TABLES:
             if table in drop:
                 self._pending[table] = deque(maxlen=0)  # swallows what it is given
@@ -83,6 +93,7 @@ class TraceWriter:
             self._packed[table] = {}
             self._parts[table] = 0
         self.block_rows = min(BLOCK, rows_per_part)
+        self._group_rows = min(GROUP, rows_per_part)
         self._rows_per_part = rows_per_part
         self._flush_seconds = flush_seconds
         self._begun = self._flushed = self._shared = time.monotonic()
@@ -112,6 +123,13 @@ class TraceWriter:
         rows = self._pending[table]
         return rows if Block is not None and isinstance(rows, Block) else None
 
+    def keeps(self, table: Table, episode: int) -> bool:
+        """Whether rows of an episode in a table are kept; others need not be made."""
+        if table not in self._digests:
+            return False
+        last_only = table == "frames" and self.manifest.get("recorded", {}).get("frames") == "last"
+        return not last_only or episode == self.manifest["episodes"]
+
     def describe(self, fields: Mapping[str, bool]) -> None:
         """Says in the manifest which pheromone fields there are, and whether their values belong to boxes.
 
@@ -127,14 +145,14 @@ class TraceWriter:
                 write_manifest(self.directory, self.manifest)
 
     def flush(self) -> None:
-        """Writes everything that is still in memory; episodes last, so that a listed one is complete.
+        """Closes all parts, with everything that is still in memory; episodes last, so that a listed one is complete.
 
         Raises:
             TraceError: The directory cannot be written to.
         """
         for table in self._digests:
             self.pack(table)
-            self._store(table)
+            self._close(table)
         self._flushed = time.monotonic()
 
     def share(self) -> None:
@@ -177,23 +195,49 @@ class TraceWriter:
                     packed[name].extend(column)
                 else:
                     packed[name] = column
-        if packed["episode"].rows >= self._rows_per_part:
-            if table == "episodes":  # one that is listed is on disk as a whole
-                for other in self._digests:
-                    if other != table:
-                        self.pack(other)
-                        self._store(other)
+        if packed["episode"].rows >= self._group_rows:
             self._store(table)
+            if self._open[table].rows >= max(self._rows_per_part, SHARE * self._digests[table].rows):
+                if table == "episodes":  # one that is listed is on disk as a whole
+                    for other in self._digests:
+                        if other != table:
+                            self.pack(other)
+                            self._close(other)
+                self._close(table)
 
     def _store(self, table: Table) -> None:
+        """Adds what is in memory to the table's open part."""
         packed = self._packed[table]
         if not packed or self.directory is None:
             return
-        name = f"part-{self._parts[table]:05d}.parquet"
-        with _Undisturbed():
-            write_part(self.directory / table / name, packed, self._digests[table].codes)
-            self._parts[table] += 1
+        with _Undisturbed(), self._told():
+            if table not in self._open:
+                path = self.directory / table / f"part-{self._parts[table]:05d}.parquet"
+                self._open[table] = PartFile(path, packed)
+            self._open[table].add(packed, self._digests[table].codes)
             packed.clear()
+
+    def _close(self, table: Table) -> None:
+        """Puts the table's open part, with what is in memory, into its place."""
+        self._store(table)
+        if table in self._open:
+            with _Undisturbed(), self._told():
+                self._open.pop(table).close()
+                self._parts[table] += 1
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """What could not be written is lost, and then nothing more is: rows must not follow after a gap."""
+        if self._lost:
+            raise TraceError(self._lost)
+        try:
+            yield
+        except BaseException as error:
+            self._lost = str(error)
+            for part in self._open.values():
+                part.abandon()
+            self._open.clear()
+            raise
 
     def finish(self, status: str) -> str:
         """Writes what is left and the final manifest; returns the trace's hash.

@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 from colonysim.plots.canvas import BOX, GOAL, INK, QUIET, named_in
 from colonysim.video.motion import by_events, by_poses, leaving
 from colonysim.video.scene import Scene
-from colonysim.view.columns import Columns
+from colonysim.view.reading import kept_columns
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -50,7 +50,7 @@ class Film:
         self.fps, self.size = fps, size
         moving = max(1, round(frames * (1 - _REST)) - 1)
         self._times = np.minimum(np.arange(frames) / moving, 1.0) * result.sim_seconds
-        bodies = len(Columns(run.table("poses"), [result.episode])) > 0
+        bodies = len(kept_columns(run, "poses", [result.episode])) > 0
         self._motion = (by_poses if bodies else by_events)(run, result.episode, self._times)
         self._left = leaving(run, result.episode)
         dpi = size[1] / _TALL

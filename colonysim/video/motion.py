@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from colonysim.view.bodies import boxes_after
-from colonysim.view.columns import Columns
+from colonysim.view.reading import kept_columns
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ def leaving(run: Run, episode: int) -> NDArray[np.float64]:
 
 def by_poses(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
     """The motion of rigid bodies, metres."""
-    poses = Columns(run.table("poses"), [episode])
+    poses = kept_columns(run, "poses", [episode])
     words, codes = poses.words("body")
     number, time = poses.column("number"), poses.column("time")
 
@@ -112,8 +112,8 @@ def _sample(ways: Sequence[_Way], times: NDArray[np.float64], turning: bool = Tr
 
 def _boxes_at(run: Run, episode: int, times: NDArray[np.float64]) -> NDArray[np.int64]:
     scenario = run.scenario
-    events = Columns(run.table("events"), [episode])
-    after: NDArray[Any] = boxes_after(scenario, events, Columns(run.table("poses"), [episode]))
+    events = kept_columns(run, "events", [episode])
+    after: NDArray[Any] = boxes_after(scenario, events, kept_columns(run, "poses", [episode]))
     at = np.tile(np.array([box.node for box in scenario.boxes], dtype=np.int64), (len(times), 1))
     when, box = events.column("time"), events.column("box")
     for i in np.flatnonzero(after >= 0):

@@ -20,6 +20,7 @@ def write_page(
     out: str | Path | None = None,
     episodes: Sequence[int] | None = None,
     tell: Callable[[str], None] | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Writes the replay page of a run and returns its path.
 
@@ -27,8 +28,9 @@ def write_page(
         run: The run.
         out: The file to write; by default `view.html` in the run directory.
         episodes: Which episodes; None for all that are complete, or the last of them if all would make a page of
-            more than 20 MB.
+            more than 20 MB; of a last one that is larger alone, without its pheromones or decisions.
         tell: Is told, before the page is made, what it leaves out or that it will be a large one.
+        progress: Is told the share of the work that is done.
 
     Raises:
         TraceError: The run kept no trace, has no such episode, the page would be larger than 100 MB, or `out` is part
@@ -36,12 +38,13 @@ def write_page(
         ColonysimError: The file cannot be written.
     """
     from colonysim.view.content import gather
-    from colonysim.view.extent import choose_episodes
+    from colonysim.view.extent import choose_extent
     from colonysim.view.page import page
 
     if out is not None:
         run.check_apart(out)
-    text = page(gather(run, choose_episodes(run, episodes, tell or (lambda message: None))))
+    extent = choose_extent(run, episodes, tell or (lambda message: None))
+    text = page(gather(run, extent.episodes, without=extent.without, progress=progress))
     if out is None:
         assert run.path is not None  # or its tables could not have been read
         out = run.path / "view.html"

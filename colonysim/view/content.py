@@ -9,18 +9,19 @@ import numpy as np
 from colonysim.arguments import wholes
 from colonysim.errors import TraceError
 from colonysim.view.bodies import add_bodies, boxes_after
-from colonysim.view.columns import Columns
 from colonysim.view.marks import Fields, add_marks
 from colonysim.view.packing import Block
+from colonysim.view.reading import Reading, no_pheromones
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from numpy.typing import NDArray
 
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Table
+    from colonysim.view.columns import Columns
     from colonysim.view.marks import Mark
 
 __all__ = ["add_rows", "chosen_episodes", "gather", "introduce"]
@@ -29,12 +30,21 @@ _CHANCE = 10_000
 """Probabilities are kept as parts of ten thousand."""
 
 
-def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
+def gather(
+    run: Run,
+    episodes: Sequence[int] | None = None,
+    *,
+    without: Collection[Table] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Block:
     """Packs a run for the page.
 
     Args:
         run: The run.
         episodes: Which of its episodes; None for all that are complete.
+        without: Tables that are left out. The pheromones need "deposits" and "frames"; they are left out together, and
+            of a run that was not to keep what they need in any case.
+        progress: Is told the share of the work that is done.
 
     Raises:
         TraceError: The run kept no trace, is one of single pushes, or lacks an episode.
@@ -46,11 +56,14 @@ def gather(run: Run, episodes: Sequence[int] | None = None) -> Block:
     block.head["of"] = len(run.episodes)
     fields = Fields(run)
     first = run.episodes[0].episode
-    ends, part = run.only([episode - 1 for episode in chosen]), run.only(chosen)
-    ends.check_places("frames")
-    part.check_places("events", "decisions", "deposits", "frames", "poses")
-    before = [[] if episode == first else fields.after(ends.frames(episode - 1)) for episode in chosen]
-    add_rows(block, scenario, lambda table: Columns(part.table(table), chosen), chosen, fields, before)
+    if no_pheromones(run, chosen) or {"deposits", "frames"} & {*without}:
+        without = {*without, "deposits", "frames"}
+    reading = Reading(run, chosen, without, progress)
+    before = [
+        [] if episode == first or "frames" in without else fields.after(reading.frames(episode - 1))
+        for episode in chosen
+    ]
+    add_rows(block, scenario, reading.columns, chosen, fields, before)
     return block
 
 

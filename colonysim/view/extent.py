@@ -1,10 +1,13 @@
-"""How large a page becomes, by the rows of its episodes and before any of them is read."""
+"""How large a page becomes, by the rows of its episodes and before any of them is read; and what it leaves out."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from colonysim.errors import TraceError
+from colonysim.view.content import chosen_episodes
+from colonysim.view.reading import no_pheromones
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +15,7 @@ if TYPE_CHECKING:
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Table
 
-__all__ = ["check_extent", "choose_episodes"]
+__all__ = ["Extent", "check_extent", "choose_extent"]
 
 _ROW: dict[Table, float] = {"events": 10.0, "decisions": 12.0, "deposits": 5.0, "poses": 3.0, "frames": 1.5}
 """Bytes of a page that a row of each table takes, as measured on the maps that are shipped, rounded up."""
@@ -20,35 +23,88 @@ USUAL = 20e6
 """Bytes of a page that nobody asked for in particular; a browser opens it at once."""
 MOST = 100e6
 """Bytes of the largest page; making it takes some 3 GB of memory."""
+_MARKS: tuple[Table, ...] = ("deposits", "frames")
+"""Pheromones: either without the other tells nothing."""
+
+_Sizes = dict[int, dict["Table", float]]
 
 
-def choose_episodes(run: Run, episodes: Sequence[int] | None, tell: Callable[[str], None]) -> Sequence[int] | None:
-    """The episodes that a page shows: those that were asked for, else the last ones that fit.
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """What a page shows.
+
+    Attributes:
+        episodes: Which.
+        without: Tables that it leaves out.
+    """
+
+    episodes: list[int]
+    without: tuple[Table, ...] = ()
+
+
+def choose_extent(run: Run, episodes: Sequence[int] | None, tell: Callable[[str], None]) -> Extent:
+    """What a page shows: the episodes that were asked for, else the last ones that fit and of a large one the motion.
 
     Args:
         run: The run.
         episodes: Which; None for as many as fit.
-        tell: Is told what is left out, or how large the page will be if it is large.
+        tell: Is told what is left out and why, and how large the page will be if it is large.
 
     Raises:
-        TraceError: They make a page that is too large.
+        TraceError: The run lacks one of them, or they make a page that is too large.
     """
-    everything = sum(_ROW[table] * run.manifest["rows"].get(table, 0) for table in _ROW)
-    if run.status != "running" and everything <= USUAL:
-        return episodes
+    chosen = chosen_episodes(run, episodes)
+    rows = run.manifest["rows"]
+    if run.status != "running" and sum(each * rows.get(table, 0) for table, each in _ROW.items()) <= USUAL:
+        return Extent(chosen, _lacking(run, chosen, tell))
     sizes = _sizes(run)
-    if episodes is None and sum(sizes.values()) > USUAL:
-        episodes = _last_that_fit(sizes)
-        first, last = episodes[0], episodes[-1]
-        shown = f"the last {len(episodes)}, {first} to {last}" if first != last else f"the last, {last}"
-        tell(
-            f"{run.path}: a page of all {len(sizes)} episodes would take about {_megabytes(sum(sizes.values()))}; "
-            f"it shows {shown}. Choose others with --episodes."
-        )
-    size = _check(run, sizes, episodes, "a page")
+    if episodes is None:
+        chosen = _last_that_fit({number: sum(each.values()) for number, each in sizes.items()})
+        first, last = chosen[0], chosen[-1]
+        if first > min(sizes):
+            shown = f"the last {len(chosen)}, {first} to {last}" if first != last else f"the last, {last}"
+            whole = _size(sizes, sizes)
+            tell(
+                f"{run.path}: a page of all {len(sizes)} episodes would take about {_megabytes(whole)}; "
+                f"it shows {shown}. Choose others with --episodes."
+            )
+    without = _lacking(run, chosen, tell)
+    if episodes is None:
+        without = _light(run, sizes, chosen, without, tell)
+    size = _check(run, sizes, chosen, "a page", without)
     if size > USUAL:
         tell(f"{run.path}: the page will take about {_megabytes(size)}")
-    return episodes
+    return Extent(chosen, without)
+
+
+def _lacking(run: Run, episodes: Sequence[int], tell: Callable[[str], None]) -> tuple[Table, ...]:
+    """The tables that a page cannot show as the run was not to keep them, or not all that it takes."""
+    without: tuple[Table, ...] = ()
+    if why := no_pheromones(run, episodes):
+        without += _MARKS
+        tell(f"{run.path}: the page shows no pheromones: {why}")
+    if why := run.missing("decisions"):
+        without += ("decisions",)
+        tell(f"{run.path}: the page shows no decisions: {why}")
+    if run.manifest["backend"] != "nodeworld" and (why := run.missing("poses")):
+        tell(f"{run.path}: the page shows no bodies: {why}")
+    return without
+
+
+def _light(
+    run: Run, sizes: _Sizes, chosen: Sequence[int], without: tuple[Table, ...], tell: Callable[[str], None]
+) -> tuple[Table, ...]:
+    """What is left out of an episode that is too large alone: pheromones first, then decisions."""
+    parts: tuple[tuple[str, tuple[Table, ...]], ...] = (("pheromones", _MARKS), ("decisions", ("decisions",)))
+    for what, tables in parts:
+        size = _size(sizes, chosen, without)
+        if size > USUAL and _size(sizes, chosen, (*without, *tables)) < size:
+            without += tables
+            tell(
+                f"{run.path}: with its {what} the page would take about {_megabytes(size)}; it leaves them out. "
+                f"Ask for them with --episodes {chosen[-1]}."
+            )
+    return without
 
 
 def check_extent(run: Run, episodes: Sequence[int], what: str) -> None:
@@ -65,11 +121,10 @@ def check_extent(run: Run, episodes: Sequence[int], what: str) -> None:
     _check(run, _sizes(run), episodes, what)
 
 
-def _check(run: Run, sizes: Mapping[int, float], episodes: Sequence[int] | None, what: str) -> float:
-    chosen = sizes if episodes is None else set(episodes)
-    size = sum(sizes.get(number, 0.0) for number in chosen)
+def _check(run: Run, sizes: _Sizes, chosen: Sequence[int], what: str, without: Sequence[Table] = ()) -> float:
+    size = _size(sizes, chosen, without)
     if size > MOST:
-        hint = "choose fewer with --episodes" if len(chosen) > 1 else "run it again with --no-decisions"
+        hint = "choose fewer with --episodes" if len(chosen) > 1 else "run it again and --record less"
         named = f"these {len(chosen)} episodes" if len(chosen) > 1 else f"episode {next(iter(chosen))} alone"
         raise TraceError(
             f"{run.path}: {what} of {named} would take about {_megabytes(size)}, at most {_megabytes(MOST)}; {hint}"
@@ -77,15 +132,21 @@ def _check(run: Run, sizes: Mapping[int, float], episodes: Sequence[int] | None,
     return size
 
 
-def _sizes(run: Run) -> dict[int, float]:
-    """About how many bytes of a page each complete episode takes."""
-    sizes = {result.episode: 0.0 for result in run.episodes}
+def _size(sizes: _Sizes, episodes: Sequence[int] | _Sizes, without: Sequence[Table] = ()) -> float:
+    """Bytes of some episodes."""
+    parts = (sizes.get(number, {}) for number in episodes)
+    return sum(size for part in parts for table, size in part.items() if table not in without)
+
+
+def _sizes(run: Run) -> _Sizes:
+    """About how many bytes of a page each table of each complete episode takes."""
+    sizes: _Sizes = {result.episode: {} for result in run.episodes}
     for table, each in _ROW.items():
-        for episode, rows in run.rows_by_episode(table).items():
+        for episode, rows in ({} if run.missing(table) else run.rows_by_episode(table)).items():
             # The values at the end of an episode are those that the next one begins with.
             number = episode + 1 if table == "frames" else episode
             if number in sizes:
-                sizes[number] += each * rows
+                sizes[number][table] = each * rows
     return sizes
 
 

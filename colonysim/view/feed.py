@@ -12,6 +12,7 @@ from colonysim.view.columns import Columns
 from colonysim.view.content import add_rows
 from colonysim.view.marks import Fields
 from colonysim.view.packing import Block
+from colonysim.view.reading import no_pheromones
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -53,6 +54,8 @@ class Feed:
         self._run = run
         self._scenario = run.scenario
         self._fields = Fields(run)
+        # Pheromones that cannot be shown right are not shown.
+        self._marked = not no_pheromones(run, range(1, run.manifest["episodes"] + 1))
         self._change = threading.Condition()
         self._open: list[_Piece] = []
         self._waiting: deque[_Piece] = deque()
@@ -151,7 +154,8 @@ class Feed:
 
         tables: dict[Table, Any] = {}
         for table in _HEARD:
-            mine = [arrow_table(columns, codes) for name, columns, codes in pieces if name == table]
+            shown = self._marked or table not in ("deposits", "frames")
+            mine = [arrow_table(columns, codes) for name, columns, codes in pieces if shown and name == table]
             tables[table] = pa.concat_tables(mine) if mine else table_schema(table).empty_table()
         episodes = sorted({number for rows in tables.values() for number in rows["episode"].unique().to_pylist()})
         return [self._block(tables, episode) for episode in episodes]

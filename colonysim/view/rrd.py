@@ -14,6 +14,7 @@ from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
 from colonysim.view.content import chosen_episodes
 from colonysim.view.extent import check_extent
+from colonysim.view.reading import kept_columns
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,7 +77,7 @@ class _Recording:
         lengths = [each.sim_seconds for each in results]
         self._begins = np.concatenate([[0.0], np.cumsum(lengths)])
         self._events = Columns(run.table("events"), self._numbers)
-        self._poses = Columns(run.table("poses"), self._numbers)
+        self._poses = kept_columns(run, "poses", self._numbers)
         if len(self._poses):
             layout = lay_out(self._scenario)
             self._places = np.array([(*at, z) for at, z in zip(layout.places, layout.heights, strict=True)])

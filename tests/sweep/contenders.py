@@ -20,7 +20,7 @@ SEARCH = "scenarios: [sanity]\nsample: {count: 1, ranges: {policy.epsilon: [0.1,
 
 
 def a_run(folder, out, who, meet):
-    run = colonysim.run("sanity", seed=who, episodes=2, out=out, decisions=False)
+    run = colonysim.run("sanity", seed=who, episodes=2, out=out, record=("deposits", "frames"))
     return run.trace_sha256
 
 

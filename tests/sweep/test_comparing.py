@@ -67,7 +67,7 @@ def test_only_seeds_that_both_have_are_paired(sweep, tmp_path):
 
 
 def _other(folder):
-    colonysim.run("sanity", policy="paper", seed=3, episodes=2, out=folder / "other", decisions=False)
+    colonysim.run("sanity", policy="paper", seed=3, episodes=2, out=folder / "other", record=("deposits", "frames"))
     return folder / "other"
 
 
@@ -75,7 +75,7 @@ def test_runs_and_versions(tmp_path):
     for version, seeds in (("1", (3, 4)), ("2", (3, 4))):
         for seed in seeds:
             out = tmp_path / f"{version}-{seed}"
-            colonysim.run("sanity", policy="colony", seed=seed, episodes=2, out=out, decisions=False)
+            colonysim.run("sanity", policy="colony", seed=seed, episodes=2, out=out, record=("deposits", "frames"))
             manifest = read_manifest(out)
             write_manifest(out, {**manifest, "versions": {**manifest["versions"], "colonysim": version}})
     found = compare(sorted(path for path in tmp_path.iterdir()))

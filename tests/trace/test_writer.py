@@ -190,13 +190,13 @@ def test_the_manifest_is_plain_json(tmp_path: Path) -> None:
     assert not list((tmp_path / "run").rglob("*.tmp"))
 
 
-@pytest.mark.parametrize("at", ["add", "write_part"])
+@pytest.mark.parametrize("at", ["hash", "add", "close"])
 def test_ctrl_c_waits_until_rows_are_hashed_and_written(
     at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     import colonysim.trace.writer as module
 
-    owner, name = (module.TableDigest, "add") if at == "add" else (module, "write_part")
+    owner, name = (module.TableDigest, "add") if at == "hash" else (module.PartFile, at)
     original = getattr(owner, name)
 
     def interrupted(*args: object) -> object:

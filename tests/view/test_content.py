@@ -12,7 +12,7 @@ import colonysim
 import colonysim.view
 from colonysim.cli import app
 from colonysim.errors import TraceError
-from colonysim.view import write_page
+from colonysim.view import marks, write_page
 from colonysim.view.content import gather
 from colonysim.view.packing import Block, unpack
 from colonysim.view.page import LIVE, MODULES, STILL
@@ -106,7 +106,7 @@ def test_runs_with_little_in_them_have_pages_too(tmp_path: Path) -> None:
         "name": "line", "nodes": [[5, 0, 0, 0], [3, 1, 0, 0]], "edges": {"radius": 1.5}, "agents": [5], "goal": 3,
     }  # fmt: skip
     bare = colonysim.scenario_from_document(document)
-    run = colonysim.run(bare, policy="random", episodes=1, out=tmp_path / "bare", decisions=False)
+    run = colonysim.run(bare, policy="random", episodes=1, out=tmp_path / "bare", record="deposits,frames")
     head, columns = unpack(gather(run).compressed())
     assert head["fields"] == [] and head["holes"] == [] and "bodies" not in head
     assert len(columns["decisions.time"]) == len(columns["deposits.time"]) == len(columns["boxes.node"]) == 0
@@ -127,3 +127,11 @@ def test_a_policy_that_is_not_installed_here_leaves_its_marks_as_they_were(hard:
     }
     index = hard.scenario.topology.index
     assert at == pytest.approx({index[node]: value for node, value in hard.field("E", 1).items()}, rel=1e-5)
+
+
+def test_slots_are_the_different_rows_in_order() -> None:
+    draws = np.random.default_rng(3)
+    for shape in ((0, 3), (1, 3), (5000, 3)):
+        rows = draws.integers(-1, 12, shape)
+        slots, which = marks._distinct(rows)
+        assert slots.tolist() == np.unique(rows, axis=0).tolist() and (slots[which] == rows).all()

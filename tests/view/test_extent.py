@@ -38,7 +38,7 @@ def test_the_page_of_a_long_run_shows_the_last_episodes_that_fit_and_says_so(
     write_page(hard, tmp_path / "all.html", tell=said.append)
     assert said == []
     sizes = extent._sizes(hard)
-    monkeypatch.setattr(extent, "USUAL", sizes[2] + sizes[3] + 1.0)
+    monkeypatch.setattr(extent, "USUAL", extent._size(sizes, [2, 3]) + 1.0)
     page = write_page(hard, tmp_path / "page.html", tell=said.append)
     assert len(said) == 1 and "of all 3 episodes" in said[0] and "the last 2, 2 to 3" in said[0]
     show(browser, page)
@@ -53,7 +53,7 @@ def test_the_page_of_a_long_run_shows_the_last_episodes_that_fit_and_says_so(
     assert len(said) == 1 and "the page will take about" in said[0]
     monkeypatch.setattr(extent, "USUAL", 1.0)
     write_page(hard, tmp_path / "page.html", tell=said.append)
-    assert "the last, 3." in said[1] and "the page will take" in said[2]
+    assert "the last, 3." in said[1] and "the page will take" in said[-1]
 
 
 def test_a_page_that_is_too_large_is_refused_before_anything_is_read(
@@ -61,20 +61,94 @@ def test_a_page_that_is_too_large_is_refused_before_anything_is_read(
 ) -> None:
     sizes = extent._sizes(hard)
     monkeypatch.setattr(extent, "USUAL", 1.0)
-    monkeypatch.setattr(extent, "MOST", max(sizes.values()) + 1.0)
+    monkeypatch.setattr(extent, "MOST", max(extent._size(sizes, [number]) for number in sizes) + 1.0)
     command = ["view", str(hard.path), "--no-open", "--episodes", "1-3", "-o", str(tmp_path / "p.html")]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 2 and "a page of these 3 episodes would take" in done.output
     assert "choose fewer with --episodes" in done.output and list(tmp_path.iterdir()) == []
     monkeypatch.setattr(extent, "MOST", 1.0)
-    with pytest.raises(TraceError, match=r"episode 3 alone would take .* --no-decisions"):
+    with pytest.raises(TraceError, match=r"episode 3 alone would take .* --record less"):
         write_page(hard, tmp_path / "p.html")
+
+
+def test_of_an_episode_that_is_too_large_the_motion_is_left_and_the_rest_named(
+    hard: colonysim.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes = extent._sizes(hard)[3]
+    bare = sizes["events"] + sizes["decisions"]
+    for usual, lacking in ((bare + 1.0, ["pheromones"]), (bare - 1.0, ["pheromones", "decisions"])):
+        monkeypatch.setattr(extent, "USUAL", usual)
+        said: list[str] = []
+        shown = extent.choose_extent(hard, None, said.append)
+        assert shown.episodes == [3] and "the last, 3." in said[0]
+        named = [what for what in ("pheromones", "decisions") if any(f"with its {what}" in each for each in said)]
+        assert named == lacking
+        _, page = unpack(gather(hard, shown.episodes, without=shown.without).compressed())
+        assert len(page["events.time"]) > 0 and len(page["deposits.time"]) == len(page["starts.value"]) == 0
+        assert (len(page["decisions.time"]) == 0) == ("decisions" in lacking)
+        # Whoever asks for the episode gets all of it, and is told that it is large.
+        said.clear()
+        assert extent.choose_extent(hard, [3], said.append) == extent.Extent([3])
+        assert len(said) == 1 and "the page will take about" in said[0]
+
+
+@pytest.mark.parametrize(
+    ("record", "lacking", "named"),
+    [
+        ("events,frames", ("pheromones", "decisions"), "no deposits: it was recorded with --record events,frames"),
+        ("decisions,deposits,last-frames", ("pheromones",), "no frames of episode 1: it was recorded with"),
+        ("decisions,deposits,frames", (), ""),
+    ],
+)
+def test_what_was_not_recorded_is_named_and_not_shown(
+    record: str, lacking: tuple[str, ...], named: str, tmp_path: Path
+) -> None:
+    run = colonysim.run("hard", seed=10, episodes=2, out=tmp_path / "run", record=record)
+    command = ["view", str(run.path), "--no-open", "-o", str(tmp_path / "p.html")]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    said = [each for each in ("pheromones", "decisions") if f"shows no {each}: this run has no" in done.output]
+    assert said == list(lacking)
+    assert named in done.output
+    head, page = unpack(gather(run).compressed())
+    assert (head["fields"] == []) == ("pheromones" in lacking) and len(page["events.time"]) > 0
+    # Its first episode began with none, and every deposit since is there.
+    if "last-frames" in record:
+        assert unpack(gather(run, [1]).compressed())[0]["fields"] != []
+
+
+def test_only_the_episodes_and_columns_that_are_shown_are_read(
+    hard: colonysim.Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from colonysim.trace import stored
+
+    read: list[tuple[str, int]] = []
+    original = stored._check_columns
+
+    def watched(path: Path, rows: Any, schema: Any) -> None:
+        read.append((path.parent.name, rows.num_rows))
+        assert path.parent.name != "deposits" or "agent" not in schema.names
+        original(path, rows, schema)
+
+    monkeypatch.setattr(stored, "_check_columns", watched)
+    again = Run.open(str(hard.path))
+    gather(again, [2], without=("deposits", "frames"))
+    assert {table for table, _ in read} == {"episodes", "events", "decisions"}
+    read.clear()
+    gather(again, [2])
+    assert {table for table, _ in read} == {"events", "decisions", "deposits", "frames"}
+
+
+def test_reading_says_how_far_it_is(hard: colonysim.Run, tmp_path: Path) -> None:
+    told: list[float] = []
+    write_page(hard, tmp_path / "p.html", progress=told.append)
+    assert told == sorted(told) and len(told) >= 4 and 0.0 < told[0] <= told[-1] <= 1.0
 
 
 def test_the_size_is_about_what_was_expected(hard: colonysim.Run, tmp_path: Path) -> None:
     bare = len(write_page(hard.only([]), tmp_path / "bare.html", [1]).read_bytes())
     whole = len(write_page(hard, tmp_path / "whole.html").read_bytes()) - bare
-    assert 0.5 * whole < sum(extent._sizes(hard).values()) < 3.0 * whole
+    assert 0.5 * whole < extent._size(sizes := extent._sizes(hard), sizes) < 3.0 * whole
 
 
 def test_large_numbers_of_nodes_and_times_of_months(browser: Any, large: Path, tmp_path: Path) -> None:

@@ -70,6 +70,26 @@ def rows(live: Live, start: int = 0) -> list[tuple[dict[str, Any], dict[str, Any
     return found
 
 
+@pytest.mark.parametrize(
+    ("record", "marks", "decided"),
+    [
+        ("decisions,deposits,frames", True, True),
+        ("decisions,deposits,last-frames", False, True),
+        ("frames", False, False),
+    ],
+)
+def test_pheromones_that_are_not_known_at_every_moment_are_not_shown(
+    live: Live, record: str, marks: bool, decided: bool
+) -> None:
+    colonysim.run("sanity", episodes=2, trace=False, record=record, tap=live, on_start=live.begin)
+    live.end()
+    told = [(head, columns) for head, columns in rows(live) if "events.time" in columns]
+    assert sum(len(columns["events.time"]) for _, columns in told) > 0 and live.trouble == ""
+    assert any(head["fields"] for head, _ in told) == marks
+    assert any(len(columns["deposits.time"]) or len(columns["starts.slot"]) for _, columns in told) == marks
+    assert any(len(columns["decisions.time"]) for _, columns in told) == decided
+
+
 class Gate:
     """Lets a run in a thread of its own go on only as far as it is told."""
 
