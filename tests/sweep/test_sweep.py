@@ -313,6 +313,10 @@ def test_tables_that_are_not_what_they_should_be_are_told_by_file_and_column(uni
         ("episodes", episodes.slice(1), r"holds 1 episodes of the trial .*tells of 2"),
         ("episodes", episodes.set_column(episodes.column_names.index("success"), "success",
                                          pa.array([float("nan")] * len(episodes))), "column 'success'.*no finite"),
+        ("episodes", episodes.set_column(episodes.column_names.index("steps"), "steps",
+                                         pa.array([1e308] * len(episodes))), "column 'steps' holds 1e[+]308, expected"),
+        ("episodes", episodes.set_column(episodes.column_names.index("seed"), "seed",
+                                         pa.array([2**63] * len(episodes), pa.uint64())), "column .seed. holds uint64"),
     ]):  # fmt: skip
         folder = tmp_path / str(number)
         folder.mkdir()
