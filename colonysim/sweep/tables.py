@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import MAX_COUNT, MAX_SEED, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.files import read_file, replacing
-from colonysim.intervals import bootstrap
+from colonysim.intervals import of_mean
 from colonysim.trace.checks import LONGEST
 from colonysim.trace.fields import MOST
 
@@ -192,7 +192,9 @@ def settings(trials: Any) -> list[str]:
 def summary(
     trials: Any, episodes: Any, by: Sequence[str] | None = None, only: tuple[int, int] | None = None
 ) -> list[dict[str, Any]]:
-    """Means over the trials that differ in nothing but what is not in `by`, with 95 % bootstrap intervals.
+    """Means over the trials that differ in nothing but what is not in `by`, with 95 % intervals over them.
+
+    By bootstrap from 8 trials on, Student's t for fewer, as for comparisons and tuning.
 
     Args:
         trials: The table of trials.
@@ -202,7 +204,7 @@ def summary(
 
     Returns:
         For each group its columns, how many `trials` it has, how many have `finished` or `failed`, and `success` and
-        `steps` with `_low` and `_high`; None where none has finished.
+        `steps` with `_low` and `_high`; None where none has finished, and of an interval where only one has.
 
     Raises:
         ColonysimError: There is no such column.
@@ -232,7 +234,8 @@ def summary(
         for name in ("success", "steps"):
             means = [_mean([e[name] for e in played[row["trial"]]]) for row in members if row["trial"] in played]
             values = [mean for mean in means if mean is not None]
-            low, high = bootstrap(values) if values else (None, None)
+            within = (0.0, 1.0) if name == "success" else None
+            low, high = of_mean(values, within=within) or (None, None)
             line |= {name: _mean(values), f"{name}_low": low, f"{name}_high": high}
         found.append(line)
     return found

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from colonysim.cli import app
 from colonysim.errors import ColonysimError, ScenarioError
-from colonysim.intervals import bootstrap
+from colonysim.intervals import bootstrap, student
 from colonysim.sweep import Store, load_sweep, run_sweep
 from colonysim.sweep.tables import read_table, summary
 
@@ -254,6 +254,8 @@ def test_a_wrong_file_is_one_message(tmp_path, text, message):
 
 
 def test_means_and_intervals_over_seeds(uninterrupted):
+    import pyarrow.compute as pc
+
     _, whole = uninterrupted
     trials, episodes = read_table(whole, "trials"), read_table(whole, "episodes")
     found = summary(trials, episodes, only=(2, 2))
@@ -262,6 +264,11 @@ def test_means_and_intervals_over_seeds(uninterrupted):
     assert found[0]["steps"] == pytest.approx(sum(steps) / 20)
     assert (found[0]["steps_low"], found[0]["steps_high"]) == bootstrap(steps)
     assert found[0]["steps_low"] < found[0]["steps"] < found[0]["steps_high"]
+    few = {count: trials.filter(pc.less(trials["seed"], count)) for count in (1, 3)}
+    [three, _] = summary(few[3], episodes, only=(2, 2))
+    assert (three["steps_low"], three["steps_high"]) == pytest.approx(student(steps[:3]))
+    [one, _] = summary(few[1], episodes, only=(2, 2))
+    assert one["steps"] == steps[0] and one["steps_low"] is one["steps_high"] is None
     [together] = summary(trials, episodes, by=["scenario"])
     assert together["trials"] == 40
     with pytest.raises(ColonysimError, match=r"no column 'beta'; expected one of .*policy\.beta"):
@@ -295,6 +302,14 @@ def test_results_on_the_command_line(uninterrupted, tmp_path):
         assert answer.exit_code == 2 and answer.stderr.startswith("Error: ") and answer.stderr.count("\n") == 1, wrong
         assert CliRunner().invoke(app, ["results", str(whole), *wrong]).exit_code == 2
     assert CliRunner().invoke(app, ["results", str(tmp_path)]).exit_code == 2
+
+
+def test_few_seeds_have_wide_intervals_on_the_command_line_too(tmp_path):
+    run_sweep(written(tmp_path, "scenarios: [sanity]\nseeds: {count: 1}\nepisodes: 1\n"), tmp_path / "one", workers=1)
+    answer = CliRunner().invoke(app, ["results", str(tmp_path / "one")])
+    assert answer.exit_code == 0 and "[" not in answer.stdout
+    [row] = json.loads(CliRunner().invoke(app, ["results", str(tmp_path / "one"), "--json"]).stdout)
+    assert row["steps"] > 0 and row["steps_low"] is None
 
 
 def test_tables_that_are_not_what_they_should_be_are_told_by_file_and_column(uninterrupted, tmp_path):
