@@ -24,6 +24,7 @@ from colonysim.scenario.loading import load_scenario, plain_data
 from colonysim.scenario.places import Places
 from colonysim.scenario.source import is_stream, read_file
 from colonysim.suggest import nearest
+from colonysim.sweep.complaints import complaint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -260,7 +261,7 @@ def _checked(document: Mapping[str, Any], places: Places) -> _File:
     try:
         file = _File.model_validate(document)
     except ValidationError as error:
-        raise _complaint(error, document, places) from None
+        raise complaint(error, document, places, _fields()) from None
     _refuse_contradictions(file, places)
     return file
 
@@ -291,24 +292,10 @@ def _sweep(file: _File, folder: Path, places: Places) -> Sweep:
     )
 
 
-def _complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:
-    # Of a field with several forms the one that the value was meant for went furthest.
-    faults = error.errors(include_url=False)
-    first = max(faults, key=lambda fault: (fault["type"] == "extra_forbidden", len(fault["loc"])))
-    parts: list[str] = []
-    value: Any = document
-    for part in first["loc"]:
-        inside = value[part] if isinstance(part, int) and isinstance(value, list) and part < len(value) else None
-        if isinstance(value, dict) and part in value:
-            inside = value[part]
-        elif inside is None and first["type"] not in ("missing", "extra_forbidden"):
-            continue  # the name of a form, which is not in the file
-        elif inside is None and part != first["loc"][-1]:
-            continue
-        parts.append(str(part))
-        value = inside
-    message = first["msg"].removeprefix("Value error, ")
-    return places.fault(".".join(parts), message[:1].lower() + message[1:])
+def _fields() -> dict[str, list[str]]:
+    """The fields of a sweep file, and of its sections by their names."""
+    sections = {"": _File, "scenarios": _Chosen, "sample": _Sample, "seeds": _Seeds, "limits": Limits}
+    return {name: list(section.model_fields) for name, section in sections.items()}
 
 
 class _Sources:

@@ -235,7 +235,17 @@ def test_settings_are_drawn_from_their_ranges(tmp_path, method):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("scenarios: [easy]\nsedes: [1]\n", "small.yaml:2:1: sedes: "),
+        ("scenarios: [easy]\nsedes: [1]\n", "small.yaml:2:1: sedes: unknown field; did you mean 'seeds'?"),
+        ("scenarios: [{scenario: hard, varaints: [r5-4]}]\n", "0.varaints: unknown field; did you mean 'variants'?"),
+        ("scenarios: [easy]\nseeds: {cuont: 2}\n", "seeds.cuont: unknown field; did you mean 'count'?"),
+        ("scenarios: [easy]\nlimits: {zzz: 2}\n", "limits.zzz: unknown field; there are: seconds, memory_mb"),
+        ("scenarios: [easy]\nsample: {count: 2, rangse: {a: [1, 2]}}\n", "unknown field; did you mean 'ranges'?"),
+        ("scenarios: [easy]\nsample: {count: 2}\n", "sample.ranges: is missing"),
+        ("scenarios: [easy]\nsample: {count: 2, ranges: {policy.beta: [1]}}\n", "expected [lowest, highest]"),
+        ("scenarios: [easy]\nseeds: x\n", "seeds: got 'x', expected a list of seeds, or {count: ..., first: ...}"),
+        ("scenarios: [5]\n", "scenarios.0: got 5, expected a scenario's name, or {scenario: ..., variants: [...]}"),
+        ("scenarios: [easy]\nmodes: [synchronus]\n", "did you mean 'synchronous'?"),
+        ("scenarios: [easy]\nepisodes: 1.5\n", "episodes: got 1.5, expected a whole number"),
         ("scenarios: []\n", "small.yaml:1:1: scenarios: "),
         ("scenarios: [esay]\n", "did you mean 'easy'"),
         ("scenarios: [easy]\ngrid: {policy.betta: [1]}\n", "betta"),
