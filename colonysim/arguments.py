@@ -105,8 +105,12 @@ def real(name: str, value: Any, least: float, most: float) -> float:
 
 
 def plain(value: Any) -> Any:
-    """The numbers, texts and lists of Python in place of a scalar or an array of NumPy; anything else as it is."""
-    return value.tolist() if hasattr(value, "tolist") and hasattr(value, "dtype") else value
+    """The numbers, texts and lists of Python in place of a scalar or an array of NumPy; anything else as it is.
+
+    Dates and spans of time are no numbers, though NumPy makes whole ones of some of them.
+    """
+    kind = getattr(getattr(value, "dtype", None), "kind", "M")
+    return value.tolist() if hasattr(value, "tolist") and kind not in "mM" else value
 
 
 def shown(value: Any) -> str:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 __all__ = [
-    "LOCK", "alone", "create_file", "found_at", "opened_file", "read_file", "read_json", "replace_file", "replacing",
+    "LOCK", "alone", "check_writable", "create_file", "found_at", "opened_file", "read_file", "read_json",
+    "replace_file", "replacing",
     "shown_path",
 ]  # fmt: skip
 
@@ -72,6 +73,23 @@ def replacing(path: Path, error: type[ColonysimError] = ColonysimError) -> Itera
             temporary.unlink(missing_ok=True)
             raise
     except OSError as reason:
+        raise _unwritten(path, reason, error) from reason
+
+
+def check_writable(path: Path, error: type[ColonysimError] = ColonysimError) -> None:
+    """Finds out before long work whether `replacing` could write a file; leaves at most missing parent folders.
+
+    Raises:
+        ColonysimError: It could not.
+    """
+    try:
+        target = _replaced(path, error)
+        if target is not None:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            temporary = _beside(target)
+            temporary.touch()
+            temporary.unlink()
+    except (OSError, ValueError) as reason:
         raise _unwritten(path, reason, error) from reason
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, cast
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["BUILT_IN", "available", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]
+__all__ = ["BUILT_IN", "available", "called", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {
@@ -90,6 +91,45 @@ def load(group: str, name: str) -> Any:
         hint = "; Python does not find it: install it, or name its folder in PYTHONPATH" if absent else ""
         raise PluginError(f"{name!r} ({place}) cannot be loaded: {type(error).__name__}: {error}{hint}") from error
     return found
+
+
+def called(group: str, given: Any, part: Any) -> str:
+    """The one name by which tables and comparisons know a part, however it was asked for.
+
+    Of ours it is the name under which they are listed, of the stigmergic policy that of its preset. Of others it is the
+    name that the part or its very class says, if none of ours has it: one that is inherited is another class's. What
+    says none has the name under which it is installed, or is known by its "module:Name".
+
+    Args:
+        group: "backends", "policies" or "fields".
+        given: What was asked for: a name, a class, a function, or the part itself.
+        part: What was made of it, or the class that will make it.
+
+    Example:
+        >>> called("backends", "colonysim.backends.mock:Mock", load("backends", "mock"))
+        'mock'
+    """
+    kind = part if isinstance(part, type) else type(part)
+    place = f"{kind.__module__}:{kind.__qualname__}"
+    while isinstance(given, partial):
+        given = given.func
+    if isinstance(given, str):
+        asked = locate(group, given)
+    else:
+        made_by = given if hasattr(given, "__qualname__") else type(given)
+        asked = f"{made_by.__module__}:{made_by.__qualname__}"
+    if "<" in asked:  # a function that has no name elsewhere
+        asked = place
+    ours = {where: name for name, where in BUILT_IN[group].items()}
+    says = getattr(part, "name", None)
+    if asked == place and place in ours:
+        return says if says in BUILT_IN[group] else ours[place]
+    of_class = vars(kind).get("name")
+    itself = "name" in getattr(part, "__dict__", ()) or not (of_class is None or isinstance(of_class, str))
+    for name in (says if itself else None, of_class):
+        if isinstance(name, str) and name and name not in BUILT_IN[group]:
+            return name
+    return next((each for each, where in available(group).items() if where == asked), asked)
 
 
 def lacking(group: str, part: object) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import shown_path
-from colonysim.plugins import make_backend, make_policy
+from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.provenance import parts_of
 from colonysim.scenario.contradictions import refuse_contradictions
@@ -123,8 +123,8 @@ def run(
     manifest = begin_manifest(
         scenario.name,
         scenario=scenario,
-        backend=backend if isinstance(backend, str) else type(backend).__name__,
-        policy=policy if isinstance(policy, str) else getattr(chosen, "name", type(chosen).__name__),
+        backend=called("backends", backend, body),
+        policy=called("policies", scenario.policy if policy is None else policy, chosen),
         mode=mode,
         episodes=count,
         seed=seed,

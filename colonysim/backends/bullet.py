@@ -11,7 +11,7 @@ from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import Traffic
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.geometry.layout import lay_out
-from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene
+from colonysim.physics import TICK_SECONDS, MissingEngineError, Scene, window_trouble
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
 from colonysim.push.executors import EXECUTORS, make_executor
 from colonysim.push.feasibility import load_feasibility
@@ -68,7 +68,8 @@ class Bullet:
 
     Raises:
         MissingExtraError: PyBullet is not installed.
-        ColonysimError: There is no such executor or estimate, or the model cannot be used.
+        ColonysimError: There is no such executor or estimate, the model cannot be used, or there is no display for the
+            window.
     """
 
     name = "bullet"
@@ -84,6 +85,8 @@ class Bullet:
         self.edge_seconds = 1.0
         self.recording = True
         self._gui = gui
+        if gui:
+            _check_window()
         # The paper's classifier speaks of states from which its own network pushes.
         self.feasibility = feasibility or SUITED[self.push]
         if self.feasibility not in FEASIBILITIES:
@@ -384,3 +387,13 @@ class Bullet:
             self._rows.append(TraceRow("controls", (self._now, agent, chooser, control, ticks)))
 
         return log
+
+
+def _check_window() -> None:
+    """Finds out before anything is recorded whether a window can be shown."""
+    try:
+        trouble = window_trouble()
+    except MissingEngineError as error:
+        raise MissingExtraError(str(error)) from None
+    if trouble:
+        raise ColonysimError(f"gui: no window can be opened on this display, or there is none: {trouble}")

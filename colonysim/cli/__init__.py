@@ -34,7 +34,7 @@ from colonysim.cli import (
 from colonysim.cli.console import print_result, say
 from colonysim.cli.stopping import told_when_stopped
 from colonysim.cli.streams import guard
-from colonysim.errors import ColonysimError, ColonysimWarning
+from colonysim.errors import ColonysimError, ColonysimWarning, PluginError
 
 __all__ = ["app", "main"]
 
@@ -58,7 +58,7 @@ class Door(TyperGroup):
             finally:
                 sys.stdout.flush()  # here a fault can still be told
         except ColonysimError as error:
-            say(f"Error: {error}")
+            say(f"Error: {error}{_place(error)}")
             raise SystemExit(error.exit_code) from None
         except OSError as error:
             say(f"Error: {error.filename}: {error.strerror}" if error.filename else f"Error: {error}")
@@ -78,6 +78,16 @@ class Door(TyperGroup):
         """In the order in which one needs them."""
         del ctx
         return list(self.commands)
+
+
+def _place(error: ColonysimError) -> str:
+    """Where an error of a part of others came from, to be told behind it."""
+    if not isinstance(error, PluginError):
+        return ""
+    from colonysim.cli.blame import place_of
+
+    place = place_of(error)
+    return f" ({place})" if place else ""
 
 
 def _show_warning(

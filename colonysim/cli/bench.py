@@ -42,6 +42,7 @@ def command(
     from colonysim.bench import CASES, compared, measure, report, save, shares, stored
     from colonysim.cli.console import print_json, print_table, say
     from colonysim.errors import ColonysimError
+    from colonysim.files import check_writable
     from colonysim.suggest import nearest
 
     if list_cases:
@@ -53,6 +54,8 @@ def command(
         if name not in CASES:
             raise ColonysimError(f"no case {name!r}; {nearest(name, CASES)}")
     before = stored(compare) if compare is not None else None
+    if save_to is not None:
+        check_writable(save_to)
     figures = []
     for name in cases or [case.name for case in CASES.values() if case.common]:
         say(f"{name}: {CASES[name].about}")

@@ -24,9 +24,10 @@ _DIGITS = {"success": 3, "steps": 1, "sim_seconds": 1}
 def command(
     paths: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Runs and sweeps.", show_default=False)],
     by: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
-            help="What is compared: a setting, version, or source (the directory).", show_default="what varies"
+            help="What is compared: one setting, version, or source (the directory).",
+            show_default="what varies, or the directories",
         ),
     ] = None,
     episodes: Annotated[
@@ -42,13 +43,18 @@ def command(
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
     from colonysim.cli.opening import opened
+    from colonysim.errors import ColonysimError
     from colonysim.sweep.comparing import compare
     from colonysim.trace.manifest import is_run
 
+    if len(by or ()) > 1:
+        raise ColonysimError(
+            f"--by: given {len(by or ())} times ({', '.join(by or ())}), expected the one that is compared"
+        )
     for path in paths:
         if is_run(path):
             opened(path)  # tells of those that are not finished
-    found = compare(paths, by=by, episodes=read_span(episodes))
+    found = compare(paths, by=by[0] if by else None, episodes=read_span(episodes))
     if as_json:
         print_json([_as_json(each) for each in found])
         return

@@ -28,8 +28,9 @@ def command(
     sql: Annotated[str | None, typer.Option(help="A query on the tables `trials` and `episodes` instead.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print rows as JSON.")] = False,
 ) -> None:
-    """Print means over seeds with 95 % bootstrap intervals, or the answer to a query.
+    """Print means over seeds with 95 % intervals, or the answer to a query.
 
+    Intervals are by bootstrap from 8 trials on, Student's t for fewer; with one trial there is none.
     It can be asked while the sweep runs: the tables are some seconds old then.
     """
     from colonysim.cli.console import print_json, print_table
@@ -61,5 +62,5 @@ def _cell(row: dict[str, Any], name: str) -> str:
         return "-"
     if f"{name}_low" not in row:
         return str(value)
-    digits = 3 if name == "success" else 1
-    return f"{value:.{digits}f} [{row[f'{name}_low']:.{digits}f}, {row[f'{name}_high']:.{digits}f}]"
+    digits, low, high = 3 if name == "success" else 1, row[f"{name}_low"], row[f"{name}_high"]
+    return f"{value:.{digits}f}" if low is None else f"{value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"

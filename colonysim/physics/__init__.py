@@ -4,6 +4,7 @@ It knows neither colonies nor learning. Importing this package needs no physics 
 [`Scene`][colonysim.physics.scene.Scene] does, and says how to get one when it is missing.
 """
 
+from colonysim.physics.bullet import window_trouble
 from colonysim.physics.engine import Engine, MissingEngineError
 from colonysim.physics.robot import (
     BUMPER,
@@ -38,5 +39,6 @@ __all__ = [
     "WheelSpeeds",
     "ticks_to_close",
     "wheel_speeds",
+    "window_trouble",
     "wrap",
 ]

@@ -1,6 +1,7 @@
 """The PyBullet engine. The only module that imports PyBullet, and only when an engine is made."""
 
 import importlib
+import subprocess
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -11,6 +12,8 @@ from colonysim.physics.shapes import Quat, Slab, Vec3, quaternion
 _WHEEL_LINK = 0
 _SLEEP_THRESHOLD = 2e-4
 """Sum of squared speeds below which a body tires; the engine's default would stop a robot at .2 m/s."""
+_PATIENCE = 60.0
+"""Seconds of wall clock within which a window has opened."""
 _UPWARDS = 0.5
 """A contact carries a wheel when its normal points up by at least this much."""
 
@@ -31,6 +34,23 @@ def load_pybullet() -> Any:
         raise MissingEngineError(
             f"rigid-body scenes need PyBullet ({cause}): pip install 'colonysim[bullet]' on Python 3.11"
         ) from error
+
+
+def window_trouble() -> str:
+    """What keeps the engine from opening its window, in words; "" if nothing does.
+
+    Without a display the engine ends the whole process, so another one tries: it shows a window for a moment.
+    """
+    load_pybullet()
+    opens = "import pybullet, sys; sys.exit(pybullet.connect(pybullet.GUI) < 0)"
+    try:
+        tried = subprocess.run(
+            [sys.executable, "-c", opens], stdin=subprocess.DEVNULL, capture_output=True, timeout=_PATIENCE, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return str(error)
+    said = tried.stderr.decode(errors="replace").split("\n")
+    return "" if tried.returncode == 0 else next((line.strip() for line in reversed(said) if line.strip()), "no reason")
 
 
 class BulletEngine:

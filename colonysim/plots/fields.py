@@ -24,6 +24,8 @@ __all__ = ["box_figure", "hole_figure", "node_figure"]
 _TITLES = {
     "D": "Distance pheromone D", "E": "Exploration pheromone E", "H": "Hole pheromone H", "B": "Box pheromone B",
 }  # fmt: skip
+_LARGEST = 1e300
+"""Colours differ up to this value: what is larger, matplotlib could not take one from the other."""
 _LABELS = {"D": "D [graph units]", "E": "E [visits]", "B": "{}({}) [graph units]"}
 
 
@@ -84,7 +86,8 @@ def _figure(
     shape: str = "o",
 ) -> Figure:
     canvas = Canvas.of(run.scenario)
-    everything = [value for found in values for value in found.values()]
+    kept = [{node: max(-_LARGEST, min(_LARGEST, value)) for node, value in found.items()} for found in values]
+    everything = [value for found in kept for value in found.values()]
     low, high = min(everything, default=0.0), max(everything, default=1.0)
     # B may be the same everywhere: then the scale starts at 0.
     scale = (low if high > low else min(0.0, low), high if high > 0 or high > low else 1.0)
@@ -92,7 +95,7 @@ def _figure(
     colours = matplotlib.colormaps[FIELD]
     heading = heading_of(title, run)
     figure, axes = panels(canvas, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label)
-    for axis, episode, found in zip(axes, episodes, values, strict=True):
+    for axis, episode, found, coloured in zip(axes, episodes, values, kept, strict=True):
         canvas.edges(axis)
         canvas.nodes(axis, [node for node in canvas.graph if node not in found], "white", edge="#8A8A8A")
         if box_at is not None:
@@ -100,10 +103,10 @@ def _figure(
             canvas.note(axis, box_at, "box", BOX, (1, 1))
         if mark is not None:
             canvas.nodes(axis, [mark], "none", shape="s", size=1.35, edge=HOLE)
-        canvas.nodes(axis, list(found), list(found.values()), scale=scale, shape=shape)
+        canvas.nodes(axis, list(found), list(coloured.values()), scale=scale, shape=shape)
         inks = dict.fromkeys(canvas.graph, INK)
         for node, value in found.items():
-            red, green, blue, _ = colours(norm(value))
+            red, green, blue, _ = colours(norm(coloured[node]))
             inks[node] = INK if 0.3 * red + 0.59 * green + 0.11 * blue > 0.5 else "white"
             if shape == "s":
                 canvas.note(axis, node, f"{value:.3g}", INK, (0, -1))

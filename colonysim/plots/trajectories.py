@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["trajectories_figure"]
 
 Way = list[tuple[float, float]]
+_FURTHEST = 1e12
+"""Graph units; what is further away is outside a panel in any case."""
 _LINES = ("solid", "dashed", "dashdot", "dotted")
 
 
@@ -92,8 +94,12 @@ def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | N
     boxes: dict[int, Way] = defaultdict(list)
     columns = [poses[name].to_pylist() for name in ("body", "number", "x", "y")]
     for body, number, x, y in zip(*columns, strict=True):
-        (boxes if body == "box" else agents)[number].append((x / scale, y / scale))
+        (boxes if body == "box" else agents)[number].append((_kept(x / scale), _kept(y / scale)))
     return agents, boxes
+
+
+def _kept(value: float) -> float:
+    return max(-_FURTHEST, min(_FURTHEST, value))
 
 
 def _draw(axes: Axes, way: Way, color: str, width: float, style: str, aside: tuple[float, float]) -> None:

@@ -21,13 +21,14 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim.errors import ColonysimError
-from colonysim.files import read_file, read_json, replace_file
+from colonysim.files import check_writable, read_file, read_json, replace_file
 
 __all__ = [
     "MOST_BYTES",
     "Model",
     "ModelError",
     "as_finite",
+    "check_place",
     "load_arrays",
     "load_model",
     "save_arrays",
@@ -162,6 +163,16 @@ def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -
         "sha256": hashlib.sha256(content).hexdigest(),
     }
     replace_file(path.with_suffix(".json"), json.dumps(whole, indent=1) + "\n", ModelError)
+
+
+def check_place(path: Path) -> None:
+    """Finds out before the work whether `save_model` could write there.
+
+    Raises:
+        ModelError: It could not.
+    """
+    for file in (path, path.with_suffix(".json")):
+        check_writable(file, ModelError)
 
 
 def load_arrays(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from colonysim.errors import ScenarioError
 
-__all__ = ["complaint", "unknown_field"]
+__all__ = ["complaint", "unknown_field", "wrong_value"]
 
 _FORMS = {
     "nodes": "[id, x, y], [id, x, y, z] or {id: ..., at: [x, y], z: ...}",
@@ -98,7 +98,18 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
         return f"got {_shown(value)}, expected {form or _FORMS.get(name, 'another form')}"
     if kind == "union_tag_not_found" and name == "topology" and isinstance(value, dict):
         return "the `kind` is missing, expected grid, line, ring, geometric or rooms"
-    if form and kind not in _SCALARS:
+    return wrong_value(fault, None if kind in _SCALARS else form)
+
+
+def wrong_value(fault: ErrorDetails, form: str | None = None) -> str:
+    """What to say of a value that is none of those which may stand there.
+
+    Args:
+        fault: What pydantic found.
+        form: What may stand there, if there are words for it.
+    """
+    kind, value, context = fault["type"], fault.get("input"), fault.get("ctx", {})
+    if form:
         return f"got {_shown(value)}, expected {form}"
     if kind == "literal_error":
         words = _words(str(context["expected"]))

@@ -60,7 +60,8 @@ def compare(
     Args:
         paths: Directories of runs and sweeps.
         by: The column whose values are compared, the first that comes being the reference: one of the settings,
-            `version` (runs only), or `source`, the directory. By default the only one that varies, or `source`.
+            `version` (runs only), or `source`, the directory. By default the only one that varies, or `source` where
+            that does not tell the directories apart.
         episodes: First and last episode that count; None for all.
 
     Raises:
@@ -131,11 +132,18 @@ def _column(rows: Sequence[dict[str, Any]], names: Sequence[str], by: str | None
             raise ColonysimError(f"no column {by!r} to compare by; {nearest(by, names)}")
         return by
     varying = [n for n in names if n != "source" and len({str(row["about"].get(n)) for row in rows}) > 1]
-    if len(varying) == 1:
+    several = len({row["about"]["source"] for row in rows}) > 1
+    if len(varying) == 1 and not (several and _twice(rows)):
         return varying[0]
-    if len({row["about"]["source"] for row in rows}) > 1:
+    if several:
         return "source"
     raise ColonysimError(f"expected --by, one of {', '.join(varying)}" if varying else "only the seed varies")
+
+
+def _twice(rows: Sequence[dict[str, Any]]) -> bool:
+    """Whether two rows have the same settings, version and seed: nothing but their directories tells them apart."""
+    keys = [(row["seed"], str(sorted((n, v) for n, v in row["about"].items() if n != "source"))) for row in rows]
+    return len(set(keys)) < len(keys)
 
 
 def _rows(path: Path, episodes: tuple[int, int] | None) -> list[dict[str, Any]]:

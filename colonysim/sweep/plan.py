@@ -17,13 +17,14 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, Valid
 from colonysim import __version__
 from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
-from colonysim.plugins import make_policy
+from colonysim.plugins import BUILT_IN, called, load, locate, make_policy
 from colonysim.provenance import TAG, parts_of, unknown_in
 from colonysim.scenario.contradictions import refuse_set_twice
 from colonysim.scenario.loading import load_scenario, plain_data
 from colonysim.scenario.places import Places
 from colonysim.scenario.source import is_stream, read_file
 from colonysim.suggest import nearest
+from colonysim.sweep.complaints import complaint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -137,6 +138,7 @@ class Trial:
         digest: Hash of the scenario's content under these settings.
         sources: What else the result depends on: third-party code, models, engines (`provenance.parts_of`), and tags.
         identity: Hash of all that determines the result: the settings, and `determinants`.
+        called: The names by which tables know `policy` and `backend`, where those are others (`plugins.called`).
     """
 
     scenario: str
@@ -152,10 +154,12 @@ class Trial:
     digest: str = ""
     sources: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     identity: str = field(default="", compare=False)
+    called: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def asked(self) -> str:
         """Hash of what was asked, whatever the scenario's content and the code are."""
-        return _hash({**self.described(), "episodes": self.episodes})
+        given = {"policy": self.policy, "backend": self.backend}
+        return _hash({**self.described(), **given, "episodes": self.episodes})
 
     def determinants(self) -> dict[str, str]:
         """What the answer depends on besides what was asked, by name."""
@@ -167,7 +171,7 @@ class Trial:
         options = {f"backend.{name}": value for name, value in sorted(self.options.items())}
         return {
             "scenario": self.scenario, "variant": self.variant, "backend": self.backend, "policy": self.policy,
-            "mode": self.mode, **options, **self.parameters, "seed": self.seed,
+            "mode": self.mode, **options, **self.parameters, "seed": self.seed, **self.called,
         }  # fmt: skip
 
 
@@ -260,7 +264,7 @@ def _checked(document: Mapping[str, Any], places: Places) -> _File:
     try:
         file = _File.model_validate(document)
     except ValidationError as error:
-        raise _complaint(error, document, places) from None
+        raise complaint(error, document, places, _fields()) from None
     _refuse_contradictions(file, places)
     return file
 
@@ -291,24 +295,16 @@ def _sweep(file: _File, folder: Path, places: Places) -> Sweep:
     )
 
 
-def _complaint(error: ValidationError, document: Mapping[str, Any], places: Places) -> ScenarioError:
-    # Of a field with several forms the one that the value was meant for went furthest.
-    faults = error.errors(include_url=False)
-    first = max(faults, key=lambda fault: (fault["type"] == "extra_forbidden", len(fault["loc"])))
-    parts: list[str] = []
-    value: Any = document
-    for part in first["loc"]:
-        inside = value[part] if isinstance(part, int) and isinstance(value, list) and part < len(value) else None
-        if isinstance(value, dict) and part in value:
-            inside = value[part]
-        elif inside is None and first["type"] not in ("missing", "extra_forbidden"):
-            continue  # the name of a form, which is not in the file
-        elif inside is None and part != first["loc"][-1]:
-            continue
-        parts.append(str(part))
-        value = inside
-    message = first["msg"].removeprefix("Value error, ")
-    return places.fault(".".join(parts), message[:1].lower() + message[1:])
+def _fields() -> dict[str, list[str]]:
+    """The fields of a sweep file, and of its sections by their names."""
+    sections: dict[str, type[BaseModel]] = {
+        "": _File,
+        "scenarios": _Chosen,
+        "sample": _Sample,
+        "seeds": _Seeds,
+        "limits": Limits,
+    }
+    return {name: list(section.model_fields) for name, section in sections.items()}
 
 
 class _Sources:
@@ -355,19 +351,25 @@ def _trials(
     if count > MAX_TRIALS:
         raise places.fault("", f"makes {count} trials, expected at most {MAX_TRIALS}")
     seen: set[str] = set()
+    bodies = _bodies([body.name for body in backends], places)
     for place, scenario, variant in places_of:
         for parameters in settings:
-            loaded = _loaded(place, scenario, variant, parameters, file, folder, places)
+            loaded, minds = _loaded(place, scenario, variant, parameters, file, folder, places)
             for (backend, policy, mode), seed in itertools.product(ways, seeds):
                 trial = Trial(
                     scenario, variant, backend.name, dict(backend.model_extra or {}), policy, mode, parameters,
                     file.episodes, seed, str(folder), loaded.digest,
                 )  # fmt: skip
-                trial = replace(trial, sources=sources.of(trial, loaded))
-                identity = _identity(trial)
-                if identity not in seen:  # listed twice it is still one trial
-                    seen.add(identity)
-                    yield replace(trial, identity=identity)
+                names = {
+                    kind: found[given]
+                    for kind, found, given in (("policy", minds, policy), ("backend", bodies, backend.name))
+                    if given is not None and found.get(given, given) != given
+                }
+                trial = replace(trial, sources=sources.of(trial, loaded), called=names)
+                same = {_identity(trial), _hash({**trial.described(), "content": trial.digest})}
+                if not same & seen:  # listed twice, under whatever names, it is still one trial
+                    yield replace(trial, identity=_identity(trial))
+                seen |= same
     if sources.unused:
         name = min(sources.unused)
         known = [n for n in [*file.policies, *(backend.name for backend in backends)] if n is not None]
@@ -401,22 +403,50 @@ def _drawn(sample: _Sample) -> Iterator[dict[str, float]]:
 def _loaded(
     place: str, scenario: str, variant: str | None, parameters: Mapping[str, Any], file: _File, folder: Path,
     places: Places,
-) -> Scenario:  # fmt: skip
-    """A scenario under these settings; a setting that does not fit it is an error here."""
+) -> tuple[Scenario, dict[str, str]]:  # fmt: skip
+    """A scenario under these settings, and what policies are called; a setting that does not fit is an error here."""
     path = found(scenario, folder)
     if is_stream(Path(path)):
         raise places.fault(place, f"{scenario}: can be read once, and each trial reads its scenario; expected a file")
     own = next((_place(key, file) for key in ("policy.name", "policy") if key in parameters), place)
     at = place
+    minds: dict[str, Any] = {}
     try:
         loaded = load_scenario(path, variant, parameters)
         for n, policy in enumerate(file.policies):
             at = own if policy is None else f"policies.{n}"
-            make_policy(policy, loaded)
+            made = make_policy(policy, loaded)
+            if policy is not None:
+                minds[policy] = made
     except ColonysimError as error:
         named = next((key for key in parameters if str(error).startswith(f"--set {key}=")), None)
         raise places.fault(_place(named, file) if named else at, str(error)) from None
-    return loaded
+    return loaded, _names("policies", minds)
+
+
+def _bodies(backends: Sequence[str], places: Places) -> dict[str, str]:
+    """What tables call backends of others; one that there is not is an error here."""
+    found = {}
+    for n, name in enumerate(backends):
+        if name not in BUILT_IN["backends"]:
+            try:
+                found[name] = load("backends", name)
+            except ColonysimError as error:
+                raise places.fault(f"backends.{n}", str(error)) from None
+    return _names("backends", found)
+
+
+def _names(group: str, parts: Mapping[str, Any]) -> dict[str, str]:
+    """What tables call parts, by what the file calls them; those that say one name are told apart by other words."""
+    names = {given: called(group, given, part) for given, part in parts.items()}
+    where = {given: locate(group, given) for given in parts}
+    listed = {place: name for name, place in BUILT_IN[group].items()}
+    said: dict[str, set[str]] = {}
+    for given, name in names.items():
+        said.setdefault(name, set()).add(where[given])
+    return {
+        given: name if len(said[name]) == 1 else listed.get(where[given], where[given]) for given, name in names.items()
+    }
 
 
 def found(scenario: str, folder: str | Path) -> str | Path:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.errors import ColonysimError
 from colonysim.files import LOCK, alone
 from colonysim.jsonlines import numbered, warn_of
-from colonysim.sweep.tables import EPISODE
+from colonysim.sweep.tables import BOUNDS, EPISODE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -188,7 +188,7 @@ def _fault_of(entry: dict[str, Any]) -> str | None:
     status = entry.get("status")
     if not isinstance(status, str) or status not in _STATUSES:
         return f"expected a status, one of {', '.join(_STATUSES)}"
-    if not isinstance(entry.get("seconds", 0.0), (int, float)):
+    if not (isinstance(entry.get("seconds", 0.0), (int, float)) and _within("seconds", entry.get("seconds", 0.0))):
         return "its seconds are no number"
     if "asked" in entry and not (isinstance(entry["asked"], str) and _texts(entry.get("made_by"))):
         return "what its result depends on is not as it was written"
@@ -214,5 +214,12 @@ def _are_episodes(value: Any) -> bool:
         isinstance(row, list)
         and len(row) == len(EPISODE)
         and all(isinstance(cell, kind) and not isinstance(cell, bool) for cell, kind in zip(row, _KINDS, strict=True))
+        and all(_within(name, cell) for name, cell in zip(EPISODE, row, strict=True))
         for row in value
     )
+
+
+def _within(name: str, value: Any) -> bool:
+    """Whether a number is one that a table takes."""
+    least, most = BOUNDS.get(name, (value, value))
+    return bool(least <= value <= most)

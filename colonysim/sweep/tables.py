@@ -9,17 +9,19 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim.arguments import MAX_COUNT, as_span
+from colonysim.arguments import MAX_COUNT, MAX_SEED, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.files import read_file, replacing
-from colonysim.intervals import bootstrap
+from colonysim.intervals import of_mean
+from colonysim.trace.checks import LONGEST
+from colonysim.trace.fields import MOST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from colonysim.sweep.plan import Trial
 
-__all__ = ["query", "read_table", "read_tables", "settings", "summary", "write_tables"]
+__all__ = ["BOUNDS", "query", "read_table", "read_tables", "settings", "summary", "write_tables"]
 
 _TEXT, _WHOLE, _NUMBER = ("string",), ("int64",), ("double", "int64")
 _COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -32,6 +34,11 @@ _COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
     },
 }  # fmt: skip
 """Columns that every sweep has, and their types; the first is the usual one."""
+BOUNDS = {
+    "seed": (0, MAX_SEED), "episodes": (0, MAX_COUNT), "episode": (1, MAX_COUNT), "steps": (0, MOST), "success": (0, 1),
+    "sim_seconds": (0, LONGEST), "seated": (0, MOST), "seconds": (0, LONGEST),
+}  # fmt: skip
+"""Least and largest number of columns that are counted and averaged, as those of a run."""
 _PLAIN = ("string", "large_string", "int64", "double", "bool", "null")
 _MOST_METADATA = 1_000_000
 """Longest text and list in the metadata of a table."""
@@ -117,7 +124,7 @@ def read_table(directory: str | Path, name: str) -> Any:
             raise ColonysimError(f"{path}: damaged, it claims {about.num_rows} rows in {len(content)} bytes")
         table = file.read(use_threads=False)
         table.validate(full=True)
-    except (OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError) as error:
+    except (OSError, ValueError, TypeError, LookupError, ArithmeticError, MemoryError, pa.ArrowException) as error:
         told = (str(error).splitlines() or [type(error).__name__])[0]
         raise ColonysimError(f"{path}: cannot be read: {told[:200]}") from error
     _check(path, table, _COLUMNS[name])
@@ -142,6 +149,12 @@ def _check(path: Path, table: Any, expected: Mapping[str, tuple[str, ...]]) -> N
             raise ColonysimError(f"{path}: column {name!r} holds nulls")
         if str(table[name].type) == "double" and not pc.all(pc.is_finite(table[name]), min_count=0).as_py():
             raise ColonysimError(f"{path}: column {name!r} holds a value that is no finite number")
+        if name in BOUNDS and table[name].null_count < len(table):
+            least, most = BOUNDS[name]
+            ends = pc.min_max(table[name]).as_py()
+            odd = next((value for value in ends.values() if not least <= value <= most), None)
+            if odd is not None:
+                raise ColonysimError(f"{path}: column {name!r} holds {odd}, expected {least} to {most}")
     for name in names:
         if str(table[name].type) not in _PLAIN:
             raise ColonysimError(f"{path}: column {name!r} holds {table[name].type}, expected text, numbers or truth")
@@ -179,7 +192,9 @@ def settings(trials: Any) -> list[str]:
 def summary(
     trials: Any, episodes: Any, by: Sequence[str] | None = None, only: tuple[int, int] | None = None
 ) -> list[dict[str, Any]]:
-    """Means over the trials that differ in nothing but what is not in `by`, with 95 % bootstrap intervals.
+    """Means over the trials that differ in nothing but what is not in `by`, with 95 % intervals over them.
+
+    By bootstrap from 8 trials on, Student's t for fewer, as for comparisons and tuning.
 
     Args:
         trials: The table of trials.
@@ -189,7 +204,7 @@ def summary(
 
     Returns:
         For each group its columns, how many `trials` it has, how many have `finished` or `failed`, and `success` and
-        `steps` with `_low` and `_high`; None where none has finished.
+        `steps` with `_low` and `_high`; None where none has finished, and of an interval where only one has.
 
     Raises:
         ColonysimError: There is no such column.
@@ -219,7 +234,8 @@ def summary(
         for name in ("success", "steps"):
             means = [_mean([e[name] for e in played[row["trial"]]]) for row in members if row["trial"] in played]
             values = [mean for mean in means if mean is not None]
-            low, high = bootstrap(values) if values else (None, None)
+            within = (0.0, 1.0) if name == "success" else None
+            low, high = of_mean(values, within=within) or (None, None)
             line |= {name: _mean(values), f"{name}_low": low, f"{name}_high": high}
         found.append(line)
     return found

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from colonysim.trace.schema import Table
     from colonysim.trace.stored import Piece
 
-__all__ = ["Rows", "coded"]
+__all__ = ["LONGEST", "Rows", "coded"]
 
-_LONGEST = 9e12
+LONGEST = 9e12
 """Seconds; in milliseconds the largest of the numbers that are exact everywhere."""
 _TIMES = ("time", "began", "sim_seconds", "wall_seconds")
 _ORDERED: tuple[Table, ...] = ("events", "decisions", "deposits")
@@ -65,7 +65,7 @@ class Rows:
         columns = {n: self._numbers(n) for n, kind in self._columns.items() if kind in ("int", "float")}
         for name, values in columns.items():
             if name in _TIMES:
-                self._all(name, (values >= 0) & (values <= _LONGEST), f"0 to {_LONGEST:g} seconds")
+                self._all(name, (values >= 0) & (values <= LONGEST), f"0 to {LONGEST:g} seconds")
             elif TABLES[self.table][name] == "int":
                 self._all(name, (values >= -1) & (values <= MOST), f"-1 to {MOST}")
         number = columns["episode"]

@@ -25,6 +25,8 @@ __all__ = ["MANIFEST", "begin_manifest", "is_run", "prepare_directory", "read_ma
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
+_LONGEST_NAME = 255
+"""Bytes that file systems take for a name."""
 _PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", "pybullet", "torch")
 
 
@@ -188,10 +190,16 @@ def _named_after(manifest: Mapping[str, Any]) -> Path:
     words = [manifest["name"], manifest["variant"] or "", manifest["backend"]]
     stem = "-".join(word for word in (re.sub(r"[^\w.-]+", "_", text).strip("_-.") for text in words) if word)
     for number in range(1, 1_000_000):
-        path = Path("runs") / f"{stem}-s{manifest['seed']}-{number}"
+        end = f"-s{manifest['seed']}-{number}"
+        path = Path("runs") / f"{_cut(stem, _LONGEST_NAME - len(end))}{end}"
         try:
             path.mkdir(parents=True)
         except FileExistsError:
             continue
         return path
-    raise TraceError(f"runs/{stem}-s{manifest['seed']}: too many runs of this name")
+    raise TraceError(f"{path.parent / path.name.rpartition('-')[0]}: too many runs of this name")
+
+
+def _cut(text: str, most: int) -> str:
+    """The beginning of a text that takes at most so many bytes in the name of a file, in whole letters."""
+    return text.encode()[:most].decode(errors="ignore")

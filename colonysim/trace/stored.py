@@ -115,7 +115,9 @@ def _pieces(path: Path, schema: Any, most: int | None, episodes: Collection[int]
                 if rows is not None:
                     yield Piece(path, first, rows)
                 first += count
-        except (OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError) as error:
+        except (
+            OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError, pa.ArrowException,
+        ) as error:  # fmt: skip
             told = (str(error).splitlines() or [type(error).__name__])[0]
             raise TraceError(f"{path}: damaged part, cannot be read ({told[:200]})") from error
 

@@ -228,3 +228,14 @@ def test_trainings(folder):
     each(lambda value: train_way_chance(folder / "out", value), "seed", NO_SEED)
     each(lambda value: train_way_chance(folder / "out", 1, ways=value), "ways", NO_COUNT)
     assert not list(folder.iterdir())
+
+
+def test_a_span_of_time_is_no_number():
+    for value in (
+        np.timedelta64(5),
+        np.timedelta64(5, "ns"),
+        np.timedelta64(5, "s"),
+        np.datetime64("2026-01-01", "ns"),
+    ):
+        assert plain(value) is value
+        each(lambda value: real("pace", value, 0.0, 1e30), "pace", [value])

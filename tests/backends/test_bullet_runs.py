@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -122,3 +123,13 @@ def test_a_box_goes_up_a_ramp_in_any_direction_and_fills_a_hole(turned: float) -
     events = list(simulate(scenario, backend=Bullet(push="scripted"), episodes=1, seed=1))
     assert events[-1].status == "goal"
     assert not [event for event in events if event.kind == "end" and event.status != "arrived"]
+
+
+def test_a_window_without_a_display_is_one_message_and_leaves_no_run(tmp_path: Path) -> None:
+    # The engine ends the process, so it has to be one of its own.
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    command = [sys.executable, "-m", "colonysim", "run", "sanity", "--backend", "bullet", "--gui", "-n", "1"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "") and not list(tmp_path.iterdir())
+    [said] = [line for line in done.stderr.splitlines() if not line.startswith("pybullet build time")]
+    assert said.startswith("Error: gui: ") and "display" in said

@@ -85,3 +85,11 @@ def test_what_a_user_brings_runs_as_the_case_says_and_stands_beside_the_built_in
         for name, steps, decisions in (("travel-1000", 1000, 1000), ("paper", 200, 500), ("extra-field-hard", 9, 9))
     ]
     assert shares(figures) == {"paper": pytest.approx(0.5)}
+
+
+def test_where_figures_cannot_be_kept_is_found_before_anything_is_timed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("colonysim.bench.measure", lambda *_: pytest.fail("timed"))
+    answer = colonysim("bench", "hard", "--save", tmp_path)
+    assert answer.exit_code == 2 and answer.stderr == f"Error: {tmp_path}: is a directory, expected a file\n"

@@ -169,3 +169,50 @@ def test_bullet_without_pybullet_names_the_command(monkeypatch: pytest.MonkeyPat
 
 class _Version(tuple[int, ...]):
     major, minor = 3, 13
+
+
+CRASH = """\
+import json
+from colonysim.policies.presets import Colony
+
+def helper(text):
+    return json.loads(text)
+
+class Asks(Colony):
+    def decide(self, view, memory, random):
+        return helper("{")
+
+class Passes(Colony):
+    def decide(self, view, memory, random):
+        return super().decide(view, memory, None)
+
+class Makes(Colony):
+    def __init__(self, scenario):
+        raise RuntimeError("no")
+
+class Answers(Colony):
+    def decide(self, view, memory, random):
+        return 5
+"""
+
+
+@pytest.mark.parametrize(("name", "line"), [("Asks", 5), ("Passes", 13), ("Makes", 17), ("Answers", None)])
+def test_an_error_in_code_of_others_is_told_with_file_and_line(
+    name: str, line: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    Path(f"crashes_{name}.py").write_text(CRASH)
+    result = colonysim("run", "sanity", "-q", "-p", f"crashes_{name}:{name}")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1
+    assert result.stderr.endswith(f" (crashes_{name}.py:{line})\n") is (line is not None), result.stderr
+
+
+def test_a_module_that_cannot_be_read_is_told_with_file_and_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    Path("broken_here.py").write_text("x = 1\ny = = 2\n")
+    Path("fails_here.py").write_text("\n\nx = 1 / 0\n")
+    for module, line in (("broken_here", 2), ("fails_here", 3)):
+        result = colonysim("run", "sanity", "-q", "-p", f"{module}:P")
+        assert result.exit_code == 2 and f" ({module}.py:{line})\n" in result.stderr and result.stderr.count("\n") == 1

@@ -4,12 +4,14 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 from matplotlib.text import Text
+from tampering import _with_poses
 
 import colonysim
 import colonysim.plots
@@ -279,3 +281,20 @@ def test_boxes_are_counted_where_they_end(runs: dict[str, colonysim.Run]) -> Non
         for column, hole in enumerate(holes):
             ended = sum(follow(run.scenario, run.events(e)).boxes[box][-1] == hole for e in (1, 2))
             assert told.get((box, column), 0) == ended
+
+
+def test_values_as_large_as_there_are(tmp_path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    colonysim.run("sanity", seed=1, episodes=2, out=tmp_path / "run")
+    _with_poses(tmp_path / "bodies")
+    for run, name, column, what in (("run", "frames", "value", "DEHB"), ("bodies", "poses", "x", ["trajectories"])):
+        part = min((tmp_path / run / name).glob("*.parquet"))
+        table = pq.read_table(part)
+        values = [(-1) ** i * 1.7e308 if i % 3 else value for i, value in enumerate(table[column].to_pylist())]
+        at = table.column_names.index(column)
+        pq.write_table(table.set_column(at, column, pa.array(values)), part, store_schema=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert draw(colonysim.Run.open(tmp_path / run), what=tuple(what), out=tmp_path)

@@ -99,6 +99,26 @@ def test_what_cannot_be_compared_is_one_message(sweep, tmp_path):
         compare([tmp_path])
 
 
+def test_directories_that_nothing_else_tells_apart_are_what_is_compared(tmp_path):
+    text = "scenarios: [sanity]\npolicies: [paper, colony]\nseeds: {count: 2}\nepisodes: 1\n"
+    for name, seeds in (("before", text), ("after", text), ("more", text.replace("count: 2", "count: 2, first: 5"))):
+        (tmp_path / f"{name}.yaml").write_text(seeds)
+        run_sweep(tmp_path / f"{name}.yaml", tmp_path / name, workers=1)
+    found = compare([tmp_path / "before", tmp_path / "after"])
+    assert {(each.by, each.where["policy"], each.difference) for each in found} == {
+        ("source", "paper", 0.0), ("source", "colony", 0.0)
+    }  # fmt: skip
+    pooled = compare([tmp_path / "before", tmp_path / "more"])
+    assert {(each.by, each.reference, each.other, each.seeds) for each in pooled} == {("policy", "paper", "colony", 4)}
+
+
+def test_two_columns_at_once_are_refused(sweep):
+    answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--by", "scenario"])
+    assert answer.exit_code == 2 and answer.stderr == (
+        "Error: --by: given 2 times (policy, scenario), expected the one that is compared\n"
+    )
+
+
 def test_on_the_command_line(sweep):
     answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--json"])
     rows = json.loads(answer.stdout)

@@ -167,3 +167,19 @@ def test_other_files_of_lines(tmp_path):
     assert [row["n"] for row in found] == [0, 2, 4] and faults == {2: "odd", 4: "it is no JSON, or cut off"}
     with pytest.raises(ColonysimError, match="no such file"):
         read_lines(tmp_path / "none.jsonl", lambda _: None)
+
+
+@pytest.mark.parametrize(
+    "row", [[1, 2**63, 1.0, "goal", 4.5, 0], [1, 9, 10**400, "goal", 4.5, 0], [1, 9, 1.0, "goal", 1e308, 0]]
+)
+def test_numbers_that_no_table_takes_are_told_by_line_and_their_trials_run_again(whole, tmp_path, monkeypatch, row):
+    monkeypatch.setattr(running, "run_locally", here)
+    lines = (whole / "out" / "journal.jsonl").read_bytes().splitlines()
+    entry = json.loads(lines[1])
+    lines[1] = json.dumps(entry | {"episodes": [row]}).encode()
+    lines[3] = json.dumps(json.loads(lines[3]) | {"seconds": 10**400}).encode()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "journal.jsonl").write_bytes(b"\n".join(lines) + b"\n")
+    with pytest.warns(ColonysimWarning, match="line 2: its episodes are not as .*line 4: its seconds are no number"):
+        run_sweep(whole / "small.yaml", tmp_path / "out")
+    assert rows(tmp_path / "out") == rows(whole / "out")

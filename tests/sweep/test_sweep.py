@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from colonysim.cli import app
 from colonysim.errors import ColonysimError, ScenarioError
-from colonysim.intervals import bootstrap
+from colonysim.intervals import bootstrap, student
 from colonysim.sweep import Store, load_sweep, run_sweep
 from colonysim.sweep.tables import read_table, summary
 
@@ -235,7 +235,17 @@ def test_settings_are_drawn_from_their_ranges(tmp_path, method):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("scenarios: [easy]\nsedes: [1]\n", "small.yaml:2:1: sedes: "),
+        ("scenarios: [easy]\nsedes: [1]\n", "small.yaml:2:1: sedes: unknown field; did you mean 'seeds'?"),
+        ("scenarios: [{scenario: hard, varaints: [r5-4]}]\n", "0.varaints: unknown field; did you mean 'variants'?"),
+        ("scenarios: [easy]\nseeds: {cuont: 2}\n", "seeds.cuont: unknown field; did you mean 'count'?"),
+        ("scenarios: [easy]\nlimits: {zzz: 2}\n", "limits.zzz: unknown field; there are: seconds, memory_mb"),
+        ("scenarios: [easy]\nsample: {count: 2, rangse: {a: [1, 2]}}\n", "unknown field; did you mean 'ranges'?"),
+        ("scenarios: [easy]\nsample: {count: 2}\n", "sample.ranges: is missing"),
+        ("scenarios: [easy]\nsample: {count: 2, ranges: {policy.beta: [1]}}\n", "expected [lowest, highest]"),
+        ("scenarios: [easy]\nseeds: x\n", "seeds: got 'x', expected a list of seeds, or {count: ..., first: ...}"),
+        ("scenarios: [5]\n", "scenarios.0: got 5, expected a scenario's name, or {scenario: ..., variants: [...]}"),
+        ("scenarios: [easy]\nmodes: [synchronus]\n", "did you mean 'synchronous'?"),
+        ("scenarios: [easy]\nepisodes: 1.5\n", "episodes: got 1.5, expected a whole number"),
         ("scenarios: []\n", "small.yaml:1:1: scenarios: "),
         ("scenarios: [esay]\n", "did you mean 'easy'"),
         ("scenarios: [easy]\ngrid: {policy.betta: [1]}\n", "betta"),
@@ -254,6 +264,8 @@ def test_a_wrong_file_is_one_message(tmp_path, text, message):
 
 
 def test_means_and_intervals_over_seeds(uninterrupted):
+    import pyarrow.compute as pc
+
     _, whole = uninterrupted
     trials, episodes = read_table(whole, "trials"), read_table(whole, "episodes")
     found = summary(trials, episodes, only=(2, 2))
@@ -262,6 +274,11 @@ def test_means_and_intervals_over_seeds(uninterrupted):
     assert found[0]["steps"] == pytest.approx(sum(steps) / 20)
     assert (found[0]["steps_low"], found[0]["steps_high"]) == bootstrap(steps)
     assert found[0]["steps_low"] < found[0]["steps"] < found[0]["steps_high"]
+    few = {count: trials.filter(pc.less(trials["seed"], count)) for count in (1, 3)}
+    [three, _] = summary(few[3], episodes, only=(2, 2))
+    assert (three["steps_low"], three["steps_high"]) == pytest.approx(student(steps[:3]))
+    [one, _] = summary(few[1], episodes, only=(2, 2))
+    assert one["steps"] == steps[0] and one["steps_low"] is one["steps_high"] is None
     [together] = summary(trials, episodes, by=["scenario"])
     assert together["trials"] == 40
     with pytest.raises(ColonysimError, match=r"no column 'beta'; expected one of .*policy\.beta"):
@@ -297,6 +314,14 @@ def test_results_on_the_command_line(uninterrupted, tmp_path):
     assert CliRunner().invoke(app, ["results", str(tmp_path)]).exit_code == 2
 
 
+def test_few_seeds_have_wide_intervals_on_the_command_line_too(tmp_path):
+    run_sweep(written(tmp_path, "scenarios: [sanity]\nseeds: {count: 1}\nepisodes: 1\n"), tmp_path / "one", workers=1)
+    answer = CliRunner().invoke(app, ["results", str(tmp_path / "one")])
+    assert answer.exit_code == 0 and "[" not in answer.stdout
+    [row] = json.loads(CliRunner().invoke(app, ["results", str(tmp_path / "one"), "--json"]).stdout)
+    assert row["steps"] > 0 and row["steps_low"] is None
+
+
 def test_tables_that_are_not_what_they_should_be_are_told_by_file_and_column(uninterrupted, tmp_path):
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -313,6 +338,10 @@ def test_tables_that_are_not_what_they_should_be_are_told_by_file_and_column(uni
         ("episodes", episodes.slice(1), r"holds 1 episodes of the trial .*tells of 2"),
         ("episodes", episodes.set_column(episodes.column_names.index("success"), "success",
                                          pa.array([float("nan")] * len(episodes))), "column 'success'.*no finite"),
+        ("episodes", episodes.set_column(episodes.column_names.index("steps"), "steps",
+                                         pa.array([1e308] * len(episodes))), "column 'steps' holds 1e[+]308, expected"),
+        ("episodes", episodes.set_column(episodes.column_names.index("seed"), "seed",
+                                         pa.array([2**63] * len(episodes), pa.uint64())), "column .seed. holds uint64"),
     ]):  # fmt: skip
         folder = tmp_path / str(number)
         folder.mkdir()

@@ -299,3 +299,14 @@ def test_a_run_never_overwrites(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     (tmp_path / "full" / "notes").write_text("")
     with pytest.raises(TraceError, match="not empty"):
         prepare_directory(tmp_path / "full", about("bullet", 0))
+
+
+@pytest.mark.parametrize("letter", ["x", "\u00e9", "\u6771", "\U0001d538"])
+def test_a_long_name_is_cut_to_what_file_systems_take(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, letter: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = manifest(name=letter * 200, variant=letter * 200, backend="y" * 300, seed=10**17)
+    paths = [prepare_directory(None, told) for _ in range(2)]
+    assert [path.name.rpartition("-s")[2] for path in paths] == [f"{10**17}-1", f"{10**17}-2"]
+    assert all(path.name.startswith(letter * 50) and 250 < len(os.fsencode(path.name)) <= 255 for path in paths)

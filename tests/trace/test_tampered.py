@@ -92,6 +92,12 @@ def test_a_tampered_run_is_read_or_refused_by_every_reader(bases: list[Path], tm
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2**20, "more than a gibibyte"
 
 
+@pytest.mark.parametrize("number", [1344])  # a footer that tells of integers of more than 64 bits
+def test_what_was_found_once(bases: list[Path], tmp_path: Path, number: int) -> None:
+    (tmp_path / "here").mkdir()
+    _try(bases[number % len(bases)], tmp_path / "here", number)
+
+
 def test_the_command_itself_answers_with_exit_code_2(bases: list[Path], tmp_path: Path) -> None:
     directory = tmp_path / "run"
     shutil.copytree(bases[0], directory)

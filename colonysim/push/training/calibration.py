@@ -11,7 +11,7 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.intervals import wilson
-from colonysim.push.cards import load_model, save_model
+from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.foresight import Features
 from colonysim.push.training.waylogs import LoggedWay, gather_ways
 from colonysim.push.way import WayChance
@@ -139,10 +139,13 @@ def train_way_chance(
 
     Raises:
         MissingExtraError: scikit-learn is not installed.
-        ColonysimError: The log was made with another seed or network.
+        ColonysimError: The log was made with another seed or network, or the model cannot be written there; found
+            before anything is pushed.
         ValueError: Too few ways: all pushes of a fold ended alike.
     """
     seed, ways = as_seed(seed), whole("ways", ways)
+    path = Path(out_dir) / f"{name}.npz"
+    check_place(path)
     logged = gather_ways(Path(out_dir) / "ways.jsonl", seed, model=model, ways=ways, on_progress=on_progress)
     fitted = fit_way_chance(logged)
     card = {
@@ -157,7 +160,6 @@ def train_way_chance(
         },
         "results": {"split": f"{_FOLDS} folds by way", **judge_folds(logged)},
     }
-    path = Path(out_dir) / f"{name}.npz"
     save_model(path, "logistic", {"weights": np.array(fitted.weights), "bias": np.array([fitted.bias])}, card)
     return path.with_suffix(".json")
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
-from colonysim.push.cards import load_model, save_model
+from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.choosing import network_chooser
 from colonysim.push.feasibility import Feasibility
 from colonysim.push.judging import Rules
@@ -157,6 +157,7 @@ def train_feasibility(
 
     Raises:
         MissingExtraError: scikit-learn is not installed.
+        ModelError: The model cannot be written there; found before anything is pushed.
         ValueError: All states come from one episode.
     """
     try:
@@ -169,6 +170,8 @@ def train_feasibility(
         ) from error
     seed, states = as_seed(seed), whole("states", states)
     trees, depth = whole("trees", trees), whole("depth", depth)
+    path = Path(out_dir) / f"{name}.npz"
+    check_place(path)
     data = gather_states(seed, model=model, states=states, starts=starts, on_progress=on_progress)
     weights = data.weights
 
@@ -223,7 +226,6 @@ def train_feasibility(
         },
         "results": results,
     }
-    path = Path(out_dir) / f"{name}.npz"
     arrays = {f.name: getattr(flat, f.name) for f in dataclasses.fields(flat) if f.name != "depth"}
     save_model(path, "forest", arrays, card)
     return path.with_suffix(".json")

@@ -15,8 +15,8 @@ from pydantic import NonNegativeInt, TypeAdapter, ValidationError
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
-from colonysim.files import alone, read_file, replace_file
-from colonysim.push.cards import MOST_BYTES, ModelError, load_arrays, save_arrays, save_model
+from colonysim.files import alone, check_writable, read_file, replace_file
+from colonysim.push.cards import MOST_BYTES, ModelError, check_place, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
@@ -113,7 +113,8 @@ def train_push(
     Raises:
         MissingExtraError: torch is not installed.
         ColonysimError: Another process is training in `out_dir`.
-        ModelError: The checkpoint belongs to another configuration or seed.
+        ModelError: The checkpoint belongs to another configuration or seed, or a file cannot be written there; found
+            before anything is trained.
         ValueError: There is no such preset.
     """
     if isinstance(config, str):
@@ -124,6 +125,9 @@ def train_push(
         stop_after_blocks = whole("stop_after_blocks", stop_after_blocks, 0)
     seed = as_seed(seed)
     with alone(Path(out_dir), "is training there"):
+        check_place(Path(out_dir) / f"{name}.npz")
+        for file in ("checkpoint.npz", "history.json"):
+            check_writable(Path(out_dir) / file, ModelError)
         run = _Run(config, Path(out_dir), seed)
         if resume:
             run.restore()
