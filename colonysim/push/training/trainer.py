@@ -29,6 +29,7 @@ from colonysim.push.training.presets import PRESETS, StartMix, TrainingConfig
 from colonysim.push.training.replay import NStep, Replay
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, distribution, draw
+from colonysim.signals import held
 
 if TYPE_CHECKING:
     from colonysim.push.training.dqn import DoubleDQN
@@ -428,7 +429,8 @@ def _weighted(weights: list[float], rng: np.random.Generator) -> int:
 
 def _learner(start: QNetwork, config: TrainingConfig) -> "DoubleDQN":
     try:
-        from colonysim.push.training.dqn import DoubleDQN
+        with held():
+            from colonysim.push.training.dqn import DoubleDQN
     except ImportError as error:
         raise MissingExtraError(f"training needs torch ({error}): pip install 'colonysim[train]'") from error
     return DoubleDQN(start, config.learner)
