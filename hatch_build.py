@@ -5,8 +5,11 @@ COLONYSIM_COMPILE=0 leaves them uncompiled, COLONYSIM_COMPILE=1 makes it an erro
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -16,7 +19,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
     "colonysim/backends/action.py",
-    "colonysim/backends/bullet.py",
+    "colonysim/backends/motion.py",
     "colonysim/backends/nodeworld.py",
     "colonysim/backends/traffic.py",
     "colonysim/draws.py",
@@ -24,6 +27,7 @@ HOT = (
     "colonysim/pheromones/box.py",
     "colonysim/pheromones/distance.py",
     "colonysim/pheromones/exploration.py",
+    "colonysim/pheromones/field.py",
     "colonysim/pheromones/hole.py",
     "colonysim/pheromones/marks.py",
     "colonysim/physics/bullet.py",
@@ -31,24 +35,20 @@ HOT = (
     "colonysim/physics/scene.py",
     "colonysim/physics/shapes.py",
     "colonysim/policies/choice.py",
-    "colonysim/policies/paths.py",
+    "colonysim/policies/presets.py",
     "colonysim/policies/stigmergy.py",
-    "colonysim/policies/thought.py",
+    "colonysim/policies/decision.py",
     "colonysim/policies/view.py",
-    "colonysim/push/choosing.py",
     "colonysim/push/controls.py",
     "colonysim/push/driving.py",
     "colonysim/push/footing.py",
     "colonysim/push/foresight.py",
-    "colonysim/push/judging.py",
     "colonysim/push/learned.py",
     "colonysim/push/paths.py",
     "colonysim/push/staging.py",
     "colonysim/push/state.py",
-    "colonysim/simulation/clock.py",
+    "colonysim/simulation/alarms.py",
     "colonysim/simulation/episode.py",
-    "colonysim/simulation/moments.py",
-    "colonysim/simulation/strides.py",
     "colonysim/simulation/waiting.py",
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
@@ -56,10 +56,16 @@ HOT = (
     "colonysim/world/near.py",
     "colonysim/world/sight.py",
     "colonysim/world/state.py",
+    "colonysim/world/terrain.py",
 )
 
 DEEPLY = ("pheromones", "policies", "simulation", "world")
 """In these folders a second level of optimisation makes colonies a twentieth faster; the rest is compiled sooner."""
+
+RECORD = "colonysim/compiled.json"
+"""What was compiled of which sources, or why nothing was; `colonysim/built.py` reads it."""
+SHARED = "colonysim._cython"
+"""What Cython needs in every module, such as typed views of arrays, is compiled once and shared."""
 
 DIRECTIVES = {"language_level": 3, "annotation_typing": False}
 
@@ -84,9 +90,17 @@ def compile_hot(root: Path, scratch: Path) -> list[Path]:
     before = Path.cwd()
     os.chdir(root)
     try:
+        shared = scratch / f"{SHARED.rpartition('.')[2]}.c"
+        subprocess.run([sys.executable, "-m", "cython", f"--generate-shared={shared}"], check=True)
         made = cythonize(
-            extensions, compiler_directives=DIRECTIVES, build_dir=str(scratch), quiet=True, nthreads=os.cpu_count() or 1
+            extensions,
+            compiler_directives=DIRECTIVES,
+            build_dir=str(scratch),
+            quiet=True,
+            nthreads=os.cpu_count() or 1,
+            shared_utility_qualified_name=SHARED,
         )
+        made.append(Extension(SHARED, [str(shared)], extra_compile_args=flags))
         command = build_ext(Distribution({"name": "colonysim", "ext_modules": made}))
         command.parallel = os.cpu_count()
         command.build_lib, command.build_temp = str(scratch / "lib"), str(scratch / "temp")
@@ -102,7 +116,19 @@ def compile_hot(root: Path, scratch: Path) -> list[Path]:
         shutil.copy2(built, fresh)
         fresh.replace(target)
         placed.append(target)
-    return placed
+    record = root / RECORD
+    sources = {Path(name).with_suffix("").relative_to("colonysim").as_posix(): root / name for name in HOT}
+    record.write_text(json.dumps({name: _digest(source) for name, source in sources.items()}, indent=1))
+    return [*placed, record]
+
+
+def _digest(source: Path) -> str:
+    """The same as `colonysim.built.digest`, which cannot be imported where nothing is installed yet."""
+    found = hashlib.sha256()
+    for suffix in (".py", ".pyx", ".pxd"):
+        if source.with_suffix(suffix).exists():
+            found.update(source.with_suffix(suffix).read_bytes())
+    return found.hexdigest()
 
 
 class CompileHook(BuildHookInterface[Any]):
@@ -120,7 +146,11 @@ class CompileHook(BuildHookInterface[Any]):
         except BaseException as error:  # setuptools ends with SystemExit where there is no compiler
             if wish == "1" or isinstance(error, KeyboardInterrupt):
                 raise
+            # pip shows this only when asked to; `colonysim --version`, `backends` and every run's manifest say it too.
             self.app.display_warning(f"colonysim runs as plain Python, its hot modules were not compiled: {error}")
+            why = str(error).strip().partition("\n")[0][:200] or repr(error)
+            (root / RECORD).write_text(json.dumps({"failed": why}))
+            build_data["artifacts"] += [f"/{RECORD}"]
             return
         build_data["pure_python"] = False
         build_data["infer_tag"] = True

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import colonysim
-from colonysim import exact
 from colonysim.bench.cases import CASES
 from colonysim.bench.measuring import Figures
+from colonysim.built import build
 from colonysim.errors import ColonysimError
 from colonysim.files import replace_file
 
@@ -65,7 +65,7 @@ def _machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "simpy": importlib.metadata.version("simpy"),
         "colonysim": colonysim.__version__,
-        "compiled": not str(exact.__file__).endswith(".py"),
+        "compiled": build() == "compiled",
     }
 
 

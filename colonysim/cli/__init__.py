@@ -124,8 +124,9 @@ app.add_typer(evaluate.app, name="evaluate")
 def _version(wanted: bool) -> None:
     if wanted:
         from colonysim import __version__
+        from colonysim.built import build
 
-        print_result(f"colonysim {__version__}")
+        print_result(f"colonysim {__version__} ({build()})")
         raise typer.Exit
 
 

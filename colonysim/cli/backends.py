@@ -26,6 +26,7 @@ def command(as_json: Annotated[bool, typer.Option("--json", help="Print the list
     colonysim.policies or colonysim.fields; a field is carried along by policy.extra_fields. The fields D, E, H and B
     are there with every stigmergic policy.
     """
+    from colonysim.built import build
     from colonysim.cli.console import print_json, print_table
     from colonysim.plugins import available
 
@@ -39,6 +40,7 @@ def command(as_json: Annotated[bool, typer.Option("--json", help="Print the list
     if as_json:
         print_json(found)
         return
+    print_table(("build", ""), [("colonysim", build())])
     for group in _GROUPS:
         rows = [(each["name"], each["problem"] or each["summary"]) for each in found if each["kind"] == group]
         print_table((group, ""), [(str(name), str(text)) for name, text in rows])

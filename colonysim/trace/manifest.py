@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import plain, shown
+from colonysim.built import build
 from colonysim.errors import TraceError
 from colonysim.files import create_file, read_json, replace_file
 from colonysim.trace.fields import check_manifest, is_a
@@ -31,7 +32,7 @@ _PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", "pybullet", "
 
 
 def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version()}
+    found = {"python": platform.python_version(), "build": build()}
     for package in _PACKAGES:
         try:
             found[package] = version(package)
