@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
 from typing import TYPE_CHECKING
 
+from colonysim.backends.motion import Motion
 from colonysim.backends.protocol import Done
-from colonysim.world.intents import BoxPlace, Outcome, Travel, Wait
+from colonysim.world.intents import BoxPlace, Outcome, Push, Wait
+from colonysim.world.state import BARRED
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from colonysim.backends.protocol import Finished, TraceRow
     from colonysim.draws import Draws
@@ -22,34 +23,24 @@ __all__ = ["NodeWorld", "what_can_be_pushed", "what_comes_of"]
 NOWHERE: frozenset[Place] = frozenset()
 
 
-@cache
-def _arrival(node: int) -> Outcome:
-    """By far the most frequent outcome; it cannot change, so one of each is enough."""
-    return Outcome("arrived", node)
-
-
 def what_comes_of(world: World, agent: int, intent: Intent) -> Outcome:
     """What the rules of the place make of an intent: done as it was meant, or blocked."""
     at = world.agent_node[agent]
-    if isinstance(intent, Wait) or intent.node not in world.topology.neighbours[at]:
-        return Outcome("blocked", at, reason="no such move")
-    node = intent.node
-    if isinstance(intent, Travel):
-        if not world.passable(world.level(agent), at, node):
-            return Outcome("blocked", at, reason="unreachable")
-        return _arrival(node)
-    box = intent.box
-    if not 0 <= box < len(world.box_node):
-        return Outcome("blocked", at, reason="no such box")
-    stands, base = world.box_node[box], world.box_base[box]
-    if stands == node:
-        if not world.graspable(agent, box, world.level(agent), at):
-            return Outcome("blocked", at, reason="out of reach")
-        return _arrival(node)
-    if stands != at or world.top_box(at) != box or not world.can_slide(base, at, node):
-        return Outcome("blocked", at, reason="cannot be pushed")
-    pusher = at if world.falls(base, at, node) else node
-    return Outcome("arrived", pusher, (BoxPlace(box, node),))
+    if isinstance(intent, Wait):
+        return blocked(at, -1)
+    box = -1
+    if isinstance(intent, Push):
+        box = intent.box if 0 <= intent.box < len(world.box_node) else len(world.box_node)  # there is no such box
+    pushed = 0 <= box < len(world.box_node) and world.box_node[box] == at
+    node = world.prospect(agent, intent.node, box)
+    if node < 0:
+        return blocked(at, node)
+    return Outcome("arrived", node, (BoxPlace(box, intent.node),) if pushed else ())
+
+
+def blocked(at: int, barred: int) -> Outcome:
+    """The outcome of what the place does not allow, `barred` being what `World.prospect` says."""
+    return Outcome("blocked", at, reason=BARRED[-1 - barred])
 
 
 def what_can_be_pushed(world: World, box: int, targets: Sequence[int]) -> list[float]:
@@ -61,7 +52,7 @@ def what_can_be_pushed(world: World, box: int, targets: Sequence[int]) -> list[f
     return found
 
 
-class NodeWorld:
+class NodeWorld(Motion):
     """Answers every action at once with the time it takes; nothing fails that the place allows.
 
     Durations come from the scenario's `timing:`, so that measured ones can be given.
@@ -75,6 +66,7 @@ class NodeWorld:
     tick = None
 
     def __init__(self) -> None:
+        super().__init__()
         self.edge_seconds = 1.0
         self.draws: Draws | None = None
         self._world: World | None = None
@@ -83,31 +75,24 @@ class NodeWorld:
         """Begins an episode."""
         timing = world.scenario.timing
         self._world = world
-        self._timing = timing
+        self._travels, self._pushes = timing.travels, timing.pushes
+        self._fixed, self._pace, self._jitter = timing.travel_fixed, timing.travel, timing.jitter
+        self._push_fixed, self._push_pace = timing.push_fixed, timing.push
         # One stream an agent: with one for all, an agent more would change how long the others take.
         self.draws = streams.draws("timing", len(world.agent_node)) if timing.jitter else None
         self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
 
-    @property
-    def jitters(self) -> list[Callable[[], float]]:
-        """For each agent the next number of its stream, which its durations vary with; empty if they do not."""
-        draws, world = self.draws, self._world
-        if draws is None or world is None:
-            return []
-        return [partial(draws.draw, agent) for agent in range(len(world.agent_node))]
-
     def _seconds(self, agent: int, i: int, j: int, pushed: bool) -> float:
-        timing = self._timing
-        measured = (timing.pushes if pushed else timing.travels).get((i, j))
-        if measured is None:
-            world = self._world
-            length = world.topology.length(i, j) if world else 0.0
-            measured = (
-                timing.push_fixed + timing.push * length if pushed else timing.travel_fixed + timing.travel * length
-            )
+        """How long a move takes."""
+        assert self._world is not None
+        terrain, measured = self._world.terrain, self._pushes if pushed else self._travels
+        length = terrain.lengths[terrain.edge(i, j)]
+        took = self._push_fixed + self._push_pace * length if pushed else self._fixed + self._pace * length
+        if measured:
+            took = measured.get((i, j), took)
         if self.draws is not None:
-            return measured * (1.0 + timing.jitter * (2.0 * self.draws.draw(agent) - 1.0))
-        return measured
+            took *= 1.0 + self._jitter * (2.0 * self.draws.draw(agent) - 1.0)
+        return took
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """1 for each push that the place allows, else 0."""
@@ -127,6 +112,21 @@ class NodeWorld:
             return Done(0.0, outcome)
         pushed = bool(outcome.boxes)
         return Done(self._seconds(agent, world.agent_node[agent], intent.node, pushed), outcome)
+
+    def needs(self, agent: int, node: int, box: int, hole: int) -> None:
+        """The target alone."""
+
+    def undertake(self, agent: int, node: int, box: int, hole: int, now: float) -> float:
+        """`start` in bare numbers."""
+        world = self._world
+        if world is None:
+            raise RuntimeError("the backend has not been reset")
+        at = world._agent_nodes[agent]
+        self.outcome, self.ends_at = None, world.prospect(agent, node, box)
+        if self.ends_at < 0:
+            self.outcome = blocked(at, self.ends_at)
+            return 0.0
+        return self._seconds(agent, at, node, box >= 0 and world._box_nodes[box] == at)
 
     def advance(self, now: float) -> Sequence[Finished]:
         """Nothing is ever pending."""

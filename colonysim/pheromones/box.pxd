@@ -1,5 +1,6 @@
 # The types of box.py when it is compiled.
 cimport cython
+from colonysim.pheromones.field cimport Visit
 from colonysim.pheromones.marks cimport Marks
 from colonysim.world.state cimport World
 
@@ -12,11 +13,15 @@ cdef class BoxWorth(Marks):
     cdef public bint _on_entry, _whole_stack
     cdef dict _worth
     cdef long long _holes
+    cdef int[::1] _hole_at
 
+    @cython.locals(twin=BoxWorth)
+    cpdef __deepcopy__(self, memo)
     cpdef double at(self, int node, int key=*) except? -1
-    @cython.locals(value=double)
-    cpdef double lower(self, int box, int hole) except? -1
+    @cython.locals(hole=int)
+    cpdef int mark(self, Visit visit) except -1
+    cdef _set(self, int box, int hole, double value)
     @cython.locals(crossed=int)
-    cpdef int crossed(self, int node, int left, int before) except? -2
+    cdef int _crossed(self, int node, int left, int before) except? -2
     @cython.locals(pushed=int, box=int, value=double, crossed_on=list)
-    cpdef list credit(self, int hole, int agent)
+    cdef _credit(self, int hole, int agent)

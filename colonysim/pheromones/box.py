@@ -1,8 +1,10 @@
+# cython: initializedcheck=False
 """The box pheromone B: what it is worth to push a box into a hole (paper Section 3.3.2, Algorithm 3)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+import copy
+from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.pheromones.field import Write
 from colonysim.pheromones.marks import Marks
@@ -45,14 +47,28 @@ class BoxWorth(Marks):
         credit: Literal["enter", "leave"] = "leave",
         stack: Literal["all", "top"] = "all",
     ) -> None:
+        super().__init__()
         self._world = world
         self._start = start
         self._decay = decay
         self._cap = cap
         self._on_entry = credit == "enter"
         self._whole_stack = stack == "all"
-        self._holes = len(world.scenario.holes)
+        self._holes, self._hole_at = len(world.scenario.holes), world.hole_at
         self._worth: dict[int, float] = {}  # by box times PAIRS plus hole
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> BoxWorth:
+        """The same worth in a copy of the world; the windows through which compiled code sees it stay behind."""
+        twin = BoxWorth(
+            copy.deepcopy(self._world, memo),
+            start=self._start,
+            decay=self._decay,
+            cap=self._cap,
+            credit="enter" if self._on_entry else "leave",
+            stack="all" if self._whole_stack else "top",
+        )
+        twin._worth = dict(self._worth)
+        return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """B of the box `node` for the hole `key`."""
@@ -63,32 +79,33 @@ class BoxWorth(Marks):
         """Every hole: an untouched pair has the value that B starts with."""
         return range(self._holes)
 
-    def deposit(self, visit: Visit) -> Sequence[Write]:
+    def mark(self, visit: Visit) -> int:
         """Algorithm 3: a claim lowers B, a crossing raises B of every box in the stack that was crossed."""
+        self._wrote = 0
+        if self._holes == 0:
+            return 0
         if visit.moment == "claim":
-            # A box may be taken to be passed, not to be pushed.
-            return () if visit.hole < 0 else (Write(visit.box, visit.hole, self.lower(visit.box, visit.hole)),)
-        if visit.moment != "arrive":
-            return ()
-        hole = self.crossed(visit.node, visit.left, visit.before)
-        if hole < 0:
-            return ()
-        return [Write(box, hole, self.at(box, hole)) for box in self.credit(hole, visit.agent)]
+            if visit.hole >= 0:  # a box may be taken to be passed, not to be pushed
+                self._set(visit.box, visit.hole, self.at(visit.box, visit.hole) * self._decay)
+        elif visit.moment == "arrive":
+            hole = self._crossed(visit.node, visit.left, visit.before)
+            if hole >= 0:
+                self._credit(hole, visit.agent)
+        return self._wrote
 
-    def lower(self, box: int, hole: int) -> float:
-        """Somebody claims the box for the hole; returns what B is then."""
-        value = self._worth[box * PAIRS + hole] = self.at(box, hole) * self._decay
-        return value
+    def _set(self, box: int, hole: int, value: float) -> None:
+        self._worth[box * PAIRS + hole] = value
+        self._note(box, hole, value)
 
-    def crossed(self, node: int, left: int, before: int) -> int:
+    def _crossed(self, node: int, left: int, before: int) -> int:
         """The hole that counts as crossed by who arrives on a node, or -1; see `Visit`."""
         crossed = node if self._on_entry else left
         if crossed < 0 or (not self._on_entry and node == before):
             return -1
-        return self._world.hole_at[crossed]
+        return self._hole_at[crossed]
 
-    def credit(self, hole: int, agent: int) -> list[int]:
-        """Raises B of the boxes in a hole that an agent has crossed; returns them, from bottom to top."""
+    def _credit(self, hole: int, agent: int) -> None:
+        """Raises B of the boxes in a hole that an agent has crossed, from bottom to top."""
         # A box that shares the crosser's node is being pushed over the hole, not crossed.
         pushed, stack = self._world.agent_box[agent], self._world.stacks.get(self._world.hole_node(hole), ())
         crossed_on = [box for box in stack if box != pushed]
@@ -96,8 +113,7 @@ class BoxWorth(Marks):
             crossed_on = crossed_on[-1:]
         for box in crossed_on:
             value = self.at(box, hole) / self._decay
-            self._worth[box * PAIRS + hole] = value if value < self._cap else self._cap
-        return crossed_on
+            self._set(box, hole, value if value < self._cap else self._cap)
 
     def end_episode(self) -> None:
         """B outlives the episode: the same boxes will stand in the same places."""

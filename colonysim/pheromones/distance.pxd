@@ -1,6 +1,9 @@
 # The types of distance.py when it is compiled.
 cimport cython
+from colonysim.pheromones.field cimport Visit
 from colonysim.pheromones.marks cimport Marks
+from colonysim.world.state cimport World
+from colonysim.world.terrain cimport Terrain
 
 cdef double UNKNOWN
 
@@ -12,14 +15,26 @@ cpdef double _farthest(topology, int goal) except? -1
 
 
 cdef class Distance(Marks):
-    cdef public object _world
+    cdef public World _world
     cdef int _goal
     cdef bint _everywhere, _at_start
-    cdef public bint lrta, blank
-    cdef public double d_max
-    cdef public object straight, d, official, visited
+    cdef readonly bint lrta, blank
+    cdef readonly double d_max
+    cdef readonly double[::1] straight, d
+    cdef readonly unsigned char[::1] official, visited
 
+    @cython.locals(twin=Distance)
+    cpdef __deepcopy__(self, memo)
+    @cython.locals(node=int)
+    cpdef frame(self)
     @cython.locals(value=double)
     cpdef double at(self, int node, int key=*) except? -1
-    @cython.locals(best=double, best_official=double, through=double, length=double, value=double)
+    @cython.locals(node=int)
+    cpdef int mark(self, Visit visit) except -1
+    @cython.locals(node=int, before=double, surface="double[::1]")
+    cdef int _sweep(self, int done) except -1
+    @cython.locals(
+        terrain=Terrain, d="double[::1]", official="unsigned char[::1]", best=double, best_official=double, edge=int, j=int,
+        through=double, value=double,
+    )
     cpdef _update(self, int node, double level)

@@ -1,10 +1,12 @@
+# cython: initializedcheck=False
 """The distance pheromone D: how near a node is to the goal (paper Section 3.3.1, Algorithm 2)."""
 
 from __future__ import annotations
 
+import copy
 from array import array
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
@@ -103,18 +105,31 @@ class Distance(Marks):
         everywhere: bool = False,
         at_start: bool = True,
     ) -> None:
+        super().__init__()
         self._world = world
         self.lrta = rule == "lrta"
-        self._everywhere = everywhere
-        self._at_start = at_start
+        self._everywhere, self._at_start = everywhere, at_start
         self.blank = unvisited == "zero"
         self.d_max = d_max
         topology = world.topology
         self._goal = world.scenario.goal
         self.straight = straight(topology, self._goal)
-        self.d = self.straight[:]
+        self.d = array("d", straight(topology, self._goal))
         self.official = bytearray(len(topology))
         self.visited = bytearray(len(topology))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Distance:
+        """The same distances in a copy of the world; the windows through which compiled code sees them stay behind."""
+        twin = Distance(
+            copy.deepcopy(self._world, memo),
+            d_max=self.d_max,
+            rule="lrta" if self.lrta else "literal",
+            unvisited="zero" if self.blank else "straight",
+            everywhere=self._everywhere,
+            at_start=self._at_start,
+        )
+        twin.d, twin.official, twin.visited = array("d", self.d), bytearray(self.official), bytearray(self.visited)
+        return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """D of a node; of an unvisited one, d_max less its Euclidean distance to the goal, or 0."""
@@ -127,40 +142,42 @@ class Distance(Marks):
         """None: one value a node."""
         return ()
 
-    def deposit(self, visit: Visit) -> Sequence[Write]:
+    def mark(self, visit: Visit) -> int:
         """Algorithm 2 on the visited node."""
+        self._wrote = 0
         if visit.moment == "claim" or (visit.moment == "start" and not self._at_start):
-            return ()
+            return 0
         node = visit.node
         self._update(node, visit.level)
+        self._note(node, -1, self.at(node))
         if self._everywhere:
-            return [Write(node, -1, self.at(node)), *self._sweep(node)]
-        return (Write(node, -1, self.at(node)),)
+            self._sweep(node)
+        return self._wrote
 
-    def _sweep(self, done: int) -> list[Write]:
-        writes = []
-        for node, surface in enumerate(self._world.surface):
+    def _sweep(self, done: int) -> None:
+        surface = self._world.surface
+        for node in range(len(surface)):
             if node != done:
                 before = self.d[node]
-                self._update(node, surface)
+                self._update(node, surface[node])
                 if self.d[node] != before:
-                    writes.append(Write(node, -1, self.at(node)))
-        return writes
+                    self._note(node, -1, self.at(node))
 
     def _update(self, node: int, level: float) -> None:
+        terrain, d, official = self._world.terrain, self.d, self.official
         self.visited[node] = 1
         if node == self._goal:
-            self.d[node] = 0.0
-            self.official[node] = 1
+            d[node], official[node] = 0.0, 1
             return
-        d, official = self.d, self.official
         best = best_official = UNKNOWN
-        for j, length in self._world.ways(level, node):
-            through = d[j] + length
-            if through < best:
-                best = through
-            if through < best_official and official[j]:
-                best_official = through
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            if terrain.leads(level, edge):
+                j = terrain.ends[edge]
+                through = d[j] + terrain.lengths[edge]
+                if through < best:
+                    best = through
+                if through < best_official and official[j]:
+                    best_official = through
         if best_official < UNKNOWN:
             official[node] = 1
         value = best if self.lrta else best_official
@@ -171,7 +188,7 @@ class Distance(Marks):
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node, visited in enumerate(self.visited) if visited]
+        return [Write(node, -1, self.at(node)) for node in range(len(self.visited)) if self.visited[node]]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over distances; a node whose d is not the straight one, or is that of a path, counts as official."""

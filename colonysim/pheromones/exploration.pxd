@@ -1,11 +1,21 @@
 # The types of exploration.py when it is compiled.
+cimport cython
+from colonysim.pheromones.field cimport Visit
 from colonysim.pheromones.marks cimport Marks
 
 
 cdef class Exploration(Marks):
     cdef public object _world
-    cdef object _keep, _silent
-    cdef public object stored, visited
-    cdef public double scale, shift
+    cdef object _keep
+    cdef bint _on_wait, _at_start
+    cdef readonly double[::1] stored
+    cdef readonly unsigned char[::1] visited
+    cdef readonly double scale, shift
 
+    @cython.locals(twin=Exploration)
+    cpdef __deepcopy__(self, memo)
+    @cython.locals(node=int)
+    cpdef frame(self)
     cpdef double at(self, int node, int key=*) except? -1
+    @cython.locals(node=int, moment=str)
+    cpdef int mark(self, Visit visit) except -1

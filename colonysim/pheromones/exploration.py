@@ -1,9 +1,11 @@
+# cython: initializedcheck=False
 """The exploration pheromone E: how often a node was visited of late (paper Section 3.3.4, Algorithm 7)."""
 
 from __future__ import annotations
 
+import copy
 from array import array
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.field import Write
 from colonysim.pheromones.marks import Marks
@@ -42,13 +44,21 @@ class Exploration(Marks):
     def __init__(
         self, world: World, *, evaporation: float | None = 0.5, on_wait: bool = False, at_start: bool = True
     ) -> None:
+        super().__init__()
         self._world = world
-        self._keep = evaporation
-        self._silent = {"claim"} | ({"wait"} if not on_wait else set()) | ({"start"} if not at_start else set())
+        self._keep, self._on_wait, self._at_start = evaporation, on_wait, at_start
         self.stored = array("d", bytes(8 * len(world.topology)))
         self.visited = bytearray(len(world.topology))
         self.scale = 1.0
         self.shift = 0.0
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Exploration:
+        """The same values in a copy of the world; the windows through which compiled code sees them stay behind."""
+        world = copy.deepcopy(self._world, memo)
+        twin = Exploration(world, evaporation=self._keep, on_wait=self._on_wait, at_start=self._at_start)
+        twin.stored, twin.visited = array("d", self.stored), bytearray(self.visited)
+        twin.scale, twin.shift = self.scale, self.shift
+        return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """E of a node."""
@@ -58,14 +68,16 @@ class Exploration(Marks):
         """None: one value a node."""
         return ()
 
-    def deposit(self, visit: Visit) -> Sequence[Write]:
+    def mark(self, visit: Visit) -> int:
         """E grows by 1 at each visit."""
-        if visit.moment in self._silent:
-            return ()
-        node, scale = visit.node, self.scale
-        stored = self.stored[node] = self.stored[node] + 1.0 / scale
+        moment, node = visit.moment, visit.node
+        if moment == "claim" or (moment == "wait" and not self._on_wait) or (moment == "start" and not self._at_start):
+            return 0
+        self.stored[node] += 1.0 / self.scale
         self.visited[node] = 1
-        return (Write(node, -1, stored * scale - self.shift),)
+        self._wrote = 0
+        self._note(node, -1, self.at(node))
+        return 1
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""
@@ -83,7 +95,7 @@ class Exploration(Marks):
 
     def frame(self) -> Iterable[Write]:
         """E of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node, visited in enumerate(self.visited) if visited]
+        return [Write(node, -1, self.at(node)) for node in range(len(self.visited)) if self.visited[node]]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over values."""

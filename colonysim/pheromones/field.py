@@ -11,7 +11,7 @@ __all__ = ["Field", "Moment", "Visit", "Write"]
 Moment: TypeAlias = Literal["start", "arrive", "wait", "claim"]
 
 
-@dataclass(slots=True)
+@dataclass
 class Visit:
     """An agent standing on a node at a moment when it may leave marks; reused from one visit to the next.
 

@@ -1,9 +1,11 @@
 # The types of hole.py when it is compiled.
 cimport cython
 from colonysim.exact cimport exp
+from colonysim.pheromones.field cimport Visit
 from colonysim.pheromones.marks cimport Marks
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
+from colonysim.world.terrain cimport Terrain
 
 cdef double FARTHEST, NOWHERE
 
@@ -11,10 +13,10 @@ cdef double FARTHEST, NOWHERE
 cdef class HoleTrail(Marks):
     cdef public World _world
     cdef double _keep, _aged
-    cdef bint _printed, _everywhere
+    cdef bint _printed, _everywhere, _any
     cdef int _used
-    cdef int[::1] _start, _count, _room, _holes, _place, _found, _wrote
-    cdef double[::1] _fars, _best, _wrote_far
+    cdef int[::1] _start, _count, _room, _holes, _place, _found
+    cdef double[::1] _fars, _best
 
     @cython.locals(world=World, twin=HoleTrail)
     cpdef __deepcopy__(self, memo)
@@ -26,12 +28,15 @@ cdef class HoleTrail(Marks):
     cpdef keys(self, int node)
     @cython.locals(start=int, k=int, hole=int)
     cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
-    @cython.locals(count=int, i=cython.Py_ssize_t)
-    cdef list _writes(self, int node, double level)
+    @cython.locals(node=int, surface="double[::1]")
+    cpdef int mark(self, Visit visit) except -1
+    cpdef double value(self, int i) except? -1
+    cdef _update(self, int node, double level)
     @cython.locals(
-        sight=Sight, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, near=int, wrote=int, hole=int,
-        length=double, far=double, through=double, way=int, j=int, start=int, k=int, i=int,
+        sight=Sight, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, near=int, hole=int,
+        length=double, far=double, through=double, edge=int, j=int, terrain=Terrain, start=int, k=int, i=int,
     )
-    cpdef int update(self, int node, double level)
+    cdef int _update_max(self, int node, double level) except -1
+    cdef _update_as_printed(self, int node, double level)
     @cython.locals(start=int, count=int, room=int, k=int)
     cdef _append(self, int node, int hole, double far)

@@ -49,6 +49,7 @@ class HoleTrail(Marks):
         rule: Literal["max", "min"] = "max",
         everywhere: bool = False,
     ) -> None:
+        super().__init__()
         self._world = world
         self._keep = evaporation
         self._printed = rule == "min"
@@ -59,12 +60,11 @@ class HoleTrail(Marks):
         self._start, self._count, self._room = (array("i", bytes(4 * size)) for _ in range(3))
         self._used, self._holes, self._fars = 0, array("i", bytes(4 * SMALLEST)), array("d", bytes(8 * SMALLEST))
         self._aged = 0.0
-        # For an update: by hole the least, FARTHEST where there is none, and where it stands at the node; the holes
-        # that have something; and what was written.
+        # For an update: by hole the least, FARTHEST where there is none, and where it stands at the node; and the holes
+        # that have something.
         holes = len(world.scenario.holes)
         self._best, self._place = array("d", [FARTHEST]) * holes, array("i", [-1]) * holes
-        self._found, self._wrote = array("i", [0]) * holes, array("i", [0]) * holes
-        self._wrote_far = array("d", [0.0]) * holes
+        self._found, self._any = array("i", [0]) * holes, holes > 0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> HoleTrail:
         """The same trails in a copy of the world; the windows through which compiled code sees them stay behind."""
@@ -117,35 +117,43 @@ class HoleTrail(Marks):
                 count += 1
         return count
 
-    def deposit(self, visit: Visit) -> Sequence[Write]:
+    def mark(self, visit: Visit) -> int:
         """Algorithm 5 on the visited node."""
-        if visit.moment == "claim" or not self._world.scenario.holes:
-            return ()
-        writes = self._writes(visit.node, visit.level)
+        self._wrote = 0
+        if visit.moment == "claim" or not self._any:
+            return 0
+        if not 0 <= visit.node < len(self._start):
+            raise IndexError(f"there is no node {visit.node}")
+        self._update(visit.node, visit.level)
         if self._everywhere:
-            for node, surface in enumerate(self._world.surface):
+            surface = self._world.surface
+            for node in range(len(surface)):
                 if node != visit.node:
-                    writes += self._writes(node, surface)
-        return writes
+                    self._update(node, surface[node])
+        return self._wrote
 
-    def _writes(self, node: int, level: float) -> list[Write]:
+    def value(self, i: int) -> float:
+        """H of the i-th trail that was written: of most nobody asks."""
+        return exp(-self._values[i])
+
+    def _update(self, node: int, level: float) -> None:
         if self._printed:
-            return self._update_as_printed(node, level)
-        count = self.update(node, level)
-        return [Write(node, self._wrote[i], exp(-self._wrote_far[i])) for i in range(count)]
+            self._update_as_printed(node, level)
+        else:
+            self._update_max(node, level)
 
-    def update(self, node: int, level: float) -> int:
-        """The rule "max" on one node; returns how many trails have changed."""
-        sight, aged = self._world.sight(), self._aged
-        best, found, place, count, wrote = self._best, self._found, self._place, 0, 0
+    def _update_max(self, node: int, level: float) -> None:
+        """The rule "max" on one node."""
+        sight, terrain, aged = self._world.sight(), self._world.terrain, self._aged
+        best, found, place, count = self._best, self._found, self._place, 0
         near = sight.look_for_holes(node)
         for k in range(sight.holes_at, sight.holes_at + near):
             hole = sight.hole_keys[k]
             best[hole], found[count] = 0.0, hole
             count += 1
-        for way in range(sight.first[node], sight.first[node + 1]):
-            j, length = sight.ends[way], sight.lengths[way]
-            if self._count[j] and sight.follows(level, way):
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            j, length = terrain.ends[edge], terrain.lengths[edge]
+            if self._count[j] and terrain.leads(level, edge):
                 start = self._start[j]
                 for k in range(start, start + self._count[j]):
                     hole, through = self._holes[k], self._fars[k] + aged + length
@@ -166,12 +174,10 @@ class HoleTrail(Marks):
                 self._fars[self._start[node] + k] = far - aged
             else:
                 continue
-            self._wrote[wrote], self._wrote_far[wrote] = hole, far
-            wrote += 1
+            self._note(node, hole, far)
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             place[self._holes[k]] = -1
-        return wrote
 
     def _append(self, node: int, hole: int, far: float) -> None:
         """One trail more at a node; where there is no place left beside its others they move to the end."""
@@ -190,21 +196,19 @@ class HoleTrail(Marks):
         self._holes[start + count], self._fars[start + count] = hole, far
         self._count[node] = count + 1
 
-    def _update_as_printed(self, node: int, level: float) -> list[Write]:
+    def _update_as_printed(self, node: int, level: float) -> None:
         """The minimum over the neighbours, the exponent's sign mended; a neighbour without a trail counts 0."""
         world = self._world
         ways = world.ways(level, node)
         trails = self._trails(node)
-        writes = []
         for hole in range(len(world.scenario.holes)):
             far = max((self.farness(j, hole) + length for j, length in ways), default=float("inf"))
             if far < FARTHEST:
                 trails[hole] = far - self._aged
-                writes.append(Write(node, hole, exp(-far)))
+                self._note(node, hole, far)
             else:
                 trails.pop(hole, None)
         self._replace(node, trails)
-        return writes
 
     def _trails(self, node: int) -> dict[int, float]:
         start, end = self._start[node], self._start[node] + self._count[node]

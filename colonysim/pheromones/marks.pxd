@@ -1,11 +1,22 @@
 # The types of marks.py when it is compiled.
 cimport cython
+from colonysim.pheromones.field cimport Visit
 
 
 cdef class Marks:
+    cdef int _wrote
+    cdef int[::1] _places, _keys
+    cdef double[::1] _values
+
     cpdef double at(self, int node, int key=*) except? -1
     cpdef keys(self, int node)
     cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
+    cpdef int mark(self, Visit visit) except -1
+    cpdef int place(self, int i) except? -1
+    cpdef int key(self, int i) except? -1
+    cpdef double value(self, int i) except? -1
+    @cython.locals(i=int)
+    cdef int _note(self, int place, int key, double value) except -1
 
 
 @cython.locals(key=int)

@@ -2,11 +2,15 @@
 # Memory is imported by others from here: under its own name it would be a type only.
 cimport cython
 from colonysim.policies.choice cimport pick, weigh
-from colonysim.policies.thought cimport Memory as Kept, Options, Thought, remembering, thinking
+from colonysim.policies.decision cimport Decider, Decision, Memory as Kept, Options, new_decision, new_memory
 from colonysim.policies.view cimport FieldWindow, LocalView
 
 
-cdef class Stigmergy:
+cdef long long NEVER
+cdef int HOLE_OPEN
+
+
+cdef class Stigmergy(Decider):
     cdef public object settings
     cdef public str name
     cdef object _scenario
@@ -16,15 +20,16 @@ cdef class Stigmergy:
     cdef bint _marking
     cdef Options _options
     cdef double _beta, _patience, _least, _reach
-    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past, _look_on
+    cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past, _look_on, _per_choice
     cdef int[::1] _nodes, _boxes, _pushes, _beside, _holes
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
 
-    @cython.locals(carried=Thought, dropped=int)
-    cpdef Thought think(self, LocalView view, Kept memory, draw)
-    @cython.locals(box=int, hole=int, node=int, way=tuple, thought=Thought, vain=int)
-    cdef Thought _carry(self, LocalView view, Kept memory)
+    cpdef Decision think(self, LocalView view, memory, random)
+    @cython.locals(carried=Decision, dropped=int)
+    cdef Decision _think(self, LocalView view, Kept memory, draw)
+    @cython.locals(box=int, hole=int, node=int, way=tuple, decision=Decision, vain=int)
+    cdef Decision _carry(self, LocalView view, Kept memory)
     cdef bint _impatient(self, LocalView view)
     @cython.locals(
         at=int, best=int, best_scent=double, scent=double, trail=FieldWindow, way=tuple, rest=tuple, slides=cython.bint,
@@ -34,17 +39,17 @@ cdef class Stigmergy:
     cdef tuple _likely_way(self, LocalView view, int box, int hole, tuple way, tuple planned=*)
     cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
     @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int, requested=cython.bint)
-    cdef Thought _choose(self, LocalView view, Kept memory, draw)
+    cdef Decision _choose(self, LocalView view, Kept memory, draw)
     @cython.locals(
         box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple, some=cython.bint,
         useless=list, past=cython.bint,
     )
-    cdef Thought _exploit(self, LocalView view, Kept memory, draw, int count)
+    cdef Decision _exploit(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
-        i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, thought=Thought,
+        i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, decision=Decision,
         node=int, beside=int,
     )
-    cdef Thought _follow_distance(
+    cdef Decision _follow_distance(
         self, LocalView view, Kept memory, draw, int count, int box=*, int towards=*, double worth=*, int hole=*,
         tuple way=*,
     )
@@ -63,19 +68,19 @@ cdef class Stigmergy:
     cdef int _candidates(self, LocalView view, Kept memory, int box, int at, int pushable) except -1
     @cython.locals(
         box=int, j=int, i=int, beside="int[::1]", nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
-        thought=Thought, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
+        decision=Decision, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
-    cdef Thought _explore(self, LocalView view, Kept memory, draw, int count)
+    cdef Decision _explore(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(vain="long long", passed=int)
-    cdef Thought _look_about(self, LocalView view, Kept memory, draw, int count)
+    cdef Decision _look_about(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
         nodes="int[::1]", boxes="int[::1]", values="double[::1]", beside="int[::1]", pushes="int[::1]", i=int, j=int,
-        box=int, thought=Thought, crowding=FieldWindow,
+        box=int, decision=Decision, crowding=FieldWindow,
     )
-    cdef Thought _roam(self, LocalView view, Kept memory, draw, int count)
+    cdef Decision _roam(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
-    cdef Thought _weighed(self, Thought thought, int count)
+    cdef Decision _weighed(self, Decision decision, int count)
     cdef dict _boxes_to_pass(self, LocalView view, Kept memory)
-    @cython.locals(at=int, thought=Thought, planned=tuple)
-    cdef Thought _claim(self, LocalView view, Kept memory, int box, int hole, tuple way)
+    @cython.locals(at=int, decision=Decision, planned=tuple)
+    cdef Decision _claim(self, LocalView view, Kept memory, int box, int hole, tuple way)

@@ -10,9 +10,9 @@ from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, ext
 from colonysim.pheromones.distance import farthest
 from colonysim.plugins import make_field
 from colonysim.policies.choice import pick, weigh
+from colonysim.policies.decision import Decider, Decision, Memory, Options, new_decision, new_memory
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
-from colonysim.policies.thought import Memory, Options, Thought, remembering, thinking
 from colonysim.world.intents import Wait
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ HOLE_OPEN = 3
 """A choice with an open hole in sight, but no box to go for, counts as much for restlessness as three without."""
 
 
-class Stigmergy:
+class Stigmergy(Decider):
     """The stigmergic policy in either of its presets, or with parameters of your own.
 
     Args:
@@ -54,7 +54,7 @@ class Stigmergy:
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
         self._least, self._overfill, self._from_box = s.feasibility, s.overfill, s.candidates_centre == "box"
-        self._look_on, self._restless = s.look_on, NEVER
+        self._look_on, self._restless, self._per_choice = s.look_on, NEVER, s.epsilon_per == "choice"
         self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
         self._tries = -1 if s.tries is None else min(s.tries, sys.maxsize)
         self._scenario, self._room, self._most_holes, self._marking = scenario, -1, -1, False
@@ -135,14 +135,22 @@ class Stigmergy:
 
     def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
         """Algorithm 9 for one agent."""
-        if view is None or memory is None:  # compiled code would not look, and end the interpreter
-            raise TypeError("a view and a memory are needed to decide")
-        return self.think(view, memory, random.random).choice(view)
+        return self.think(view, memory, random).as_choice(view)
 
-    def think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
-        """`decide`, before it is put into words; `draw` is the stream's `random`."""
+    def think(self, view: LocalView, memory: Memory, random: random.Random) -> Decision:
+        """`decide` without objects for numbers.
+
+        Raises:
+            TypeError: There is no view, or the memory is none of `begin`.
+        """
+        if view is None or type(memory) is not Memory:  # compiled code would not look, and end the interpreter
+            raise TypeError("a view and a memory are needed to decide")
+        return self._think(view, memory, random.random)
+
+    def _think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
+        """What to do; `draw` is the stream's `random`."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
-            memory = remembering(
+            memory = new_memory(
                 memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1, memory.vain
             )
         if memory.box >= 0:
@@ -150,12 +158,12 @@ class Stigmergy:
             if carried is not None:
                 return carried
             dropped = memory.box if view.held() == memory.box else -1
-            memory = remembering(memory.epsilon, -1, -1, (), -1, dropped, view.node, memory.vain)
+            memory = new_memory(memory.epsilon, -1, -1, (), -1, dropped, view.node, memory.vain)
         return self._choose(view, memory, draw)
 
     # -- with a box ------------------------------------------------------------------------------------------------
 
-    def _carry(self, view: LocalView, memory: Memory) -> Thought | None:
+    def _carry(self, view: LocalView, memory: Memory) -> Decision | None:
         """The next push of the box the agent is committed to, a wait, or None to give it up."""
         box, hole = memory.box, memory.hole
         if view.held() != box or 0 <= self._tries <= view.failures:
@@ -168,20 +176,20 @@ class Stigmergy:
         if view.sees_hole(hole):
             # With its last push something is achieved.
             vain = memory.vain if len(way) > 2 else 0
-            memory = remembering(memory.epsilon, box, hole, way, -1, -1, -1, vain)
+            memory = new_memory(memory.epsilon, box, hole, way, -1, -1, -1, vain)
         node = way[1]
         if not view.foresees and view.chance(box, node) < self._least:
             return None
-        thought = thinking(memory)
+        decision = new_decision(memory)
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
-            thought.box, thought.node, thought.hole = box, node, hole
-            return thought
+            decision.box, decision.node, decision.hole = box, node, hole
+            return decision
         if self._impatient(view):
             return None
         s = self.settings
         seconds = None if s.patience is None else (s.patience - view.waited) * view.edge_seconds
-        thought.wait = Wait(self._causes(view, (node,)), seconds, node if self._ask_to_clear else -1)
-        return thought
+        decision.wait = Wait(self._causes(view, (node,)), seconds, node if self._ask_to_clear else -1)
+        return decision
 
     def _impatient(self, view: LocalView) -> bool:
         return view.waited >= self._patience - 1e-9
@@ -282,7 +290,7 @@ class Stigmergy:
 
     # -- without a box ---------------------------------------------------------------------------------------------
 
-    def _choose(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Thought:
+    def _choose(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
         nodes, count, requested = self._nodes, view.exits_into(self._nodes), view.requested()
         if self._two_node or (self._ask_to_clear and requested):
             every, count = count, 0
@@ -297,9 +305,9 @@ class Stigmergy:
             return self._explore(view, memory, draw, count)
         return self._exploit(view, memory, draw, count)
 
-    def _explore(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
+    def _explore(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """Follows E; the node of a box that could be pushed counts as an option."""
-        s, nodes, boxes, values = self.settings, self._nodes, self._boxes, self._values
+        nodes, boxes, values = self._nodes, self._boxes, self._values
         for i in range(count):
             boxes[i] = -1
         targets: dict[int, list[tuple[int, Way]]] = {}
@@ -311,9 +319,10 @@ class Stigmergy:
                 if found:
                     targets[j] = found
                     count = self._insert(count, j, box)
-        if s.epsilon_per == "choice":
+        if self._per_choice:
+            s = self.settings
             epsilon = max(s.epsilon_floor, memory.epsilon * s.epsilon_decay)
-            memory = remembering(
+            memory = new_memory(
                 epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at,
                 memory.vain,
             )  # fmt: skip
@@ -324,30 +333,30 @@ class Stigmergy:
             values[i] = -crowding._read(nodes[i])
         weigh(values, count, self._beta)
         chosen = pick(values, count, draw())
-        thought = thinking(memory)
-        thought.node = nodes[chosen]
+        decision = new_decision(memory)
+        decision.node = nodes[chosen]
         if boxes[chosen] >= 0:
             holes = targets[nodes[chosen]]
             hole, way = holes[int(draw() * len(holes))]
-            thought = self._claim(view, memory, boxes[chosen], hole, way)
-        thought.explored = True
-        return self._weighed(thought, count)
+            decision = self._claim(view, memory, boxes[chosen], hole, way)
+        decision.explored = True
+        return self._weighed(decision, count)
 
-    def _look_about(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
+    def _look_about(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """With no box to go for: follows D, or roams for a while if that has led nowhere for long."""
         if self._restless == NEVER or not view.box_in_sight():
             return self._follow_distance(view, memory, draw, count)
         # With no open hole in sight a box is hardly of use, and D may well lead on: patience lasts longer.
         passed = HOLE_OPEN if view.open_hole_in_sight() else 1
         vain = memory.vain + passed if memory.vain < 2 * HOLE_OPEN * self._restless else 0
-        memory = remembering(
+        memory = new_memory(
             memory.epsilon, -1, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at, vain
         )
         if vain > HOLE_OPEN * self._restless:
             return self._roam(view, memory, draw, count)
         return self._follow_distance(view, memory, draw, count)
 
-    def _roam(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
+    def _roam(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """Follows E over all that the place allows: ways out, boxes beside, pushes that its pusher goes along with."""
         nodes, boxes, values, beside, pushes = self._nodes, self._boxes, self._values, self._beside, self._pushes
         for i in range(count):
@@ -364,17 +373,17 @@ class Stigmergy:
                 if self._allowed(view, j) and view.chance(box, j) >= self._least:
                     nodes[count], boxes[count] = j, box
                     count += 1
-        thought = thinking(memory)
+        decision = new_decision(memory)
         if count == 0:
-            thought.idle = True
-            return thought
+            decision.idle = True
+            return decision
         crowding = view.e
         for i in range(count):
             values[i] = -crowding._read(nodes[i])
         weigh(values, count, self._beta)
         i = pick(values, count, draw())
-        thought.node, thought.box, thought.explored = nodes[i], boxes[i], True
-        return self._weighed(thought, count)
+        decision.node, decision.box, decision.explored = nodes[i], boxes[i], True
+        return self._weighed(decision, count)
 
     def _insert(self, count: int, node: int, box: int) -> int:
         """Puts the node of a box in its place among the first `count` options; returns how many there are then."""
@@ -388,12 +397,12 @@ class Stigmergy:
         nodes[place], boxes[place] = node, box
         return count
 
-    def _weighed(self, thought: Thought, count: int) -> Thought:
-        """The thought with what it was chosen from."""
-        thought.count, thought.options = count, self._options
-        return thought
+    def _weighed(self, decision: Decision, count: int) -> Decision:
+        """The decision with what it was chosen from."""
+        decision.count, decision.options = count, self._options
+        return decision
 
-    def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Thought:
+    def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """Weighs B of the nearest box against D of the neighbours.
 
         Who sees a hole that is not full looks on: passes over a box that can go to none, another one being in its way,
@@ -401,11 +410,13 @@ class Stigmergy:
         """
         # With no hole in sight only a box at hand, whose holes can be smelt, or one that is sought has any targets.
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
-        box = view.find_box(memory.shunned, self._goal) if some else -1
+        if not some:
+            return self._look_about(view, memory, draw, count)
+        box = view.find_box(memory.shunned, self._goal)
         useless: list[int] = []
         found: list[tuple[int, Way]] = []
         past = False
-        while some:
+        while True:
             if box >= 0:
                 if view.first != view.node and not self._allowed(view, view.first):
                     break
@@ -443,7 +454,7 @@ class Stigmergy:
         worth: float = 0.0,
         hole: int = -1,
         way: Way = (),
-    ) -> Thought:
+    ) -> Decision:
         """One softmax over D of the neighbours and, if there is a box to go for, its B.
 
         Args:
@@ -469,30 +480,30 @@ class Stigmergy:
                 nodes[count], boxes[count], values[count] = node, beside, nearness._read(node)
                 count += 1
         if count == 0:
-            thought = thinking(memory)
+            decision = new_decision(memory)
             if self._step_past and self.settings.patience is not None and self._boxes_to_pass(view, memory):
                 # Those on its ways out may be shut in by itself: it will not wait for them for ever.
-                thought.wait = Wait(view.around(), (self._patience - view.waited) * view.edge_seconds)
+                decision.wait = Wait(view.around(), (self._patience - view.waited) * view.edge_seconds)
             else:
-                thought.idle = True
-            return thought
+                decision.idle = True
+            return decision
         weigh(values, count, self._beta)
         i = pick(values, count, draw())
         if i < options:
-            thought = thinking(memory)
-            thought.node = nodes[i]
+            decision = new_decision(memory)
+            decision.node = nodes[i]
         elif box < 0:
-            thought = thinking(memory)
-            thought.box, thought.node = boxes[i], nodes[i]
+            decision = new_decision(memory)
+            decision.box, decision.node = boxes[i], nodes[i]
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
-            thought = self._claim(view, memory, box, hole, way)
+            decision = self._claim(view, memory, box, hole, way)
         else:
             if self._errands:
-                memory = remembering(memory.epsilon, -1, hole, way, box, memory.shunned, memory.shunned_at, memory.vain)
-            thought = thinking(memory)
+                memory = new_memory(memory.epsilon, -1, hole, way, box, memory.shunned, memory.shunned_at, memory.vain)
+            decision = new_decision(memory)
             # On the way there may be another box, to whose node it steps to leave that on the other side.
-            thought.box, thought.node = -1 if view.passable(towards) else view.top_box(towards), towards
-        return self._weighed(thought, count)
+            decision.box, decision.node = -1 if view.passable(towards) else view.top_box(towards), towards
+        return self._weighed(decision, count)
 
     def _shut_in(self, view: LocalView, options: int) -> bool:
         """Whether the agent has no way out, or none from which it knows a way to the goal; D of its exits is known.
@@ -519,24 +530,24 @@ class Stigmergy:
             if node in view.neighbours and view.graspable_from(view.node, box) and self._allowed(view, node)
         }
 
-    def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> Thought:
+    def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> Decision:
         """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
         planned = way if self._errands else ()
-        thought = thinking(remembering(memory.epsilon, box, hole, planned, -1, -1, -1, memory.vain))
-        thought.box, thought.hole, at = box, hole, view.box_node(box)
+        decision = new_decision(new_memory(memory.epsilon, box, hole, planned, -1, -1, -1, memory.vain))
+        decision.box, decision.hole, at = box, hole, view.box_node(box)
         if at != view.node:
-            thought.node = at
+            decision.node = at
         elif self._allowed(view, way[1]):
-            thought.node = way[1]
+            decision.node = way[1]
         else:
-            seconds, thought = self.settings.patience, thinking(memory)
+            seconds, decision = self.settings.patience, new_decision(memory)
             if self._impatient(view):
                 # It has waited for that node before: whoever is there may be shut in by this very box.
-                memory = remembering(memory.epsilon, -1, -1, (), -1, box, view.node, memory.vain)
-                seconds, thought = 1.0, thinking(memory)
+                memory = new_memory(memory.epsilon, -1, -1, (), -1, box, view.node, memory.vain)
+                seconds, decision = 1.0, new_decision(memory)
             limit = None if seconds is None else seconds * view.edge_seconds
-            thought.wait = Wait(self._causes(view, (way[1],)), limit)
-        return thought
+            decision.wait = Wait(self._causes(view, (way[1],)), limit)
+        return decision
 
     def _allowed(self, view: LocalView, node: int) -> bool:
         """Whether the collision rule lets the agent go to a neighbour (Algorithm 8, or reservations)."""

@@ -3,6 +3,7 @@ cimport cython
 from colonysim.pheromones.marks cimport Marks
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
+from colonysim.world.terrain cimport Terrain
 
 cdef class LocalView
 
@@ -38,7 +39,10 @@ cdef class LocalView:
     cpdef bint beside_box(self, int node) except? -1
     @cython.locals(sight=Sight)
     cpdef tuple around(self)
-    cpdef bint passable(self, int neighbour)
+    cpdef bint passable(self, int neighbour) except? -1
+    cpdef bint occupied(self, int node) except? -1
+    @cython.locals(world=World, terrain=Terrain, edge=int, k=int)
+    cpdef bint crowded(self, int neighbour) except? -1
     cpdef list exits(self)
     cpdef int exits_into(self, int[::1] found) except -1
     cpdef bint free(self, int node) except? -1

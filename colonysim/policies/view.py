@@ -211,8 +211,7 @@ class LocalView:
 
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""
-        world = self._world
-        return world.adjacent(self.node, neighbour) and world.passable(world.level(self.agent), self.node, neighbour)
+        return self._world.passable(self._world.level(self.agent), self.node, neighbour)
 
     def exits(self) -> list[int]:
         """The neighbours that the agent could travel to and that nobody else occupies or has reserved."""
@@ -237,18 +236,20 @@ class LocalView:
     def occupied(self, node: int) -> bool:
         """Whether another agent stands on a visible node."""
         self._look_at(node)
-        return self._world.occupant[node] not in (-1, self.agent)
+        return self._world.occupied_by_another(self.agent, node)
 
     def crowded(self, neighbour: int) -> bool:
         """Whether Algorithm 8 forbids a neighbour: another agent within sight is on it or next to it."""
-        if neighbour not in self.neighbours:
+        world, terrain = self._world, self._world.terrain
+        if not world.adjacent(self.node, neighbour):
             raise OutOfSightError(f"node {neighbour} is no neighbour of node {self.node}")
-        world = self._world
-        if world.occupant[neighbour] not in (-1, self.agent):
+        if world.occupied_by_another(self.agent, neighbour):
             return True
-        return any(
-            world.occupant[k] not in (-1, self.agent) and self.sees(k) for k in world.topology.neighbours[neighbour]
-        )
+        for edge in range(terrain.first[neighbour], terrain.first[neighbour + 1]):
+            k = terrain.ends[edge]
+            if world.occupied_by_another(self.agent, k) and self.sees(k):
+                return True
+        return False
 
     @property
     def asked_to_clear(self) -> bool:
@@ -355,7 +356,7 @@ class LocalView:
     def open_hole_in_sight(self) -> bool:
         """Whether the surface in a hole within R lies below its rim, so far that nobody can cross it."""
         world = self._world
-        sight, reach = world.sight(), world._reach
+        sight, reach = world.sight(), world.terrain.reach
         near = sight.look_for_holes(self.node)
         for k in range(sight.holes_at, sight.holes_at + near):
             hole = sight.hole_keys[k]

@@ -42,6 +42,11 @@ class Clock:
         if self._wanted is not None and not self._wanted.triggered:
             self._wanted.succeed()
 
+    @property
+    def pending(self) -> bool:
+        """Whether an action has not ended."""
+        return bool(self._pending)
+
     def until(self) -> float:
         """The time by which all that is pending should have ended; 0 if nothing is."""
         return max(self._pending.values(), default=0.0)

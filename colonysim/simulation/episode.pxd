@@ -1,55 +1,89 @@
 # The types of episode.py when it is compiled.
 cimport cython
+from colonysim.backends.motion cimport Motion as MotionType
 from colonysim.draws cimport Draws
-from colonysim.policies.thought cimport Thought
+from colonysim.pheromones.field cimport Visit
+from colonysim.pheromones.marks cimport Marks
+from colonysim.policies.decision cimport Decider, Decision, Options
 from colonysim.policies.view cimport LocalView
-from colonysim.simulation.moments cimport Moments
-from colonysim.simulation.strides cimport Strides
+from colonysim.simulation.alarms cimport Alarm
 from colonysim.simulation.waiting cimport Waiting
 from colonysim.trace.rows cimport Rows
 from colonysim.world.sight cimport Sight
 from colonysim.world.state cimport World
 
 cdef double ENDS, WOKEN, MOVED, SHORTEST_WAIT, ENOUGH, SELDOM, SHORT_WAIT
-cdef int TOLERATED, DOUBLINGS, DECISIONS
+cdef int TOLERATED, DOUBLINGS, DECISIONS, RESTING, ACTING
+
+
+cdef class Episode
+
+
+cdef class Process(Alarm):
+    cdef Episode _episode
+    cdef int _agent
+
+    cpdef come(self)
+
+
+cdef class Ticker(Alarm):
+    cdef Episode _episode
+
+    cpdef come(self)
 
 
 cdef class Episode:
-    cdef public object fields, backend, policy, env, clock, visit
-    cdef public int number, striding
+    cdef public object rows, fields, backend, env, clock, timers, ticker
+    cdef public Decider policy
+    cdef public MotionType motion
     cdef public World world
-    cdef public object rows
-    cdef public Strides strides
-    cdef public Moments moments
     cdef public Draws ties
-    cdef public list memories, views, random, queue
-    cdef public object steps
+    cdef public Visit visit
     cdef public Waiting waiting
-    cdef public dict asks, told, outcomes
-    cdef double[::1] since
-    cdef int[::1] short_waits, spins
-    cdef public set finished, short
-    cdef public double now, due, last_outcome, stall, limit
-    cdef public bint stuck, asked_for_strides
+    cdef public list memories, views, random, processes, marks, outcomes, turns
+    cdef public dict asks
+    cdef public set finished, short, lost
+    cdef public long long number, acting, max_steps
+    cdef public double now, due, last_outcome, stall, limit, edge_seconds
+    cdef public bint stuck, synchronous, clocked
     cdef public int goal
-    cdef public long long max_steps
+    cdef unsigned char[::1] doing
+    cdef int[::1] target, box, hole, ends_at, short_waits, spins
+    cdef double[::1] began, since
+    cdef long long[::1] steps
 
-    @cython.locals(
-        queue=list, moments=Moments, rows=Rows, events=list, agents=cython.Py_ssize_t, due=double, told=cython.bint, time=double,
-    )
+    @cython.locals(view=LocalView, agent=int)
+    cdef _prepare(self, number, memories, streams, synchronous)
+    @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double)
     cdef bint _go_on(self) except? -1
     cdef bint _stalls(self, double due) except? -1
-    @cython.locals(views=list, view=LocalView, edge_seconds=double)
-    cdef _prepare(self, number, memories, streams, synchronous)
+    cpdef _resume(self, int agent)
+    @cython.locals(decision=Decision)
+    cdef _choose(self, int agent)
+    @cython.locals(process=Process)
     cdef _expect(self, int agent, double seconds, double order)
-    @cython.locals(strides=Strides, number="long long", origin=int, target=int)
-    cdef _moment(self)
-    @cython.locals(strides=Strides, seconds=double, thought=Thought)
-    cdef _stride(self, int agent)
+    cpdef _tick(self)
+    @cython.locals(world=World)
+    cdef bint _done(self, int agent) except? -1
+    @cython.locals(view=LocalView, rows=Rows, decision=Decision, options=Options)
+    cdef Decision _decide(self, int agent)
+    @cython.locals(world=World)
+    cdef bint _reserve(self, int agent, Decision decision) except? -1
+    @cython.locals(node=int, box=int, hole=int, seconds=double)
+    cdef _act(self, int agent, Decision decision)
+    @cython.locals(
+        world=World, view=LocalView, rows=Rows, node=int, box=int, hole=int, origin=int, before=int, action=str, status=str, reason=str,
+        lost=cython.bint, now_at=int,
+    )
+    cdef bint _settle(self, int agent) except? -1
+    @cython.locals(world=World, rows=Rows, sight=Sight, count=int, clear=int)
     cdef _rest(self, int agent, wait)
+    @cython.locals(short=cython.bint, more=int, seconds=double)
+    cdef double _length(self, int agent, double asked) except? -1
     cpdef _rouse(self, int agent)
     @cython.locals(view=LocalView)
     cdef _rested(self, int agent)
-    @cython.locals(sight=Sight, node=int, count=int, rows=Rows)
-    cdef _idle(self, int agent)
-    cpdef _deposit(self, str moment, int agent, int box=*, int hole=*, int left=*, int before=*)
+    @cython.locals(rows=Rows)
+    cdef _note_wait(self, int agent, nodes)
+    @cython.locals(world=World, visit=Visit, rows=Rows, marks=Marks, count=int)
+    cdef _deposit(self, str moment, int agent, int box=*, int hole=*, int left=*, int before=*)

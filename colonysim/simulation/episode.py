@@ -1,43 +1,46 @@
+# cython: initializedcheck=False
 """Episodes, one after another: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
 from __future__ import annotations
 
 import time
 from array import array
-from collections.abc import Generator, Iterable, Iterator, Mapping
 from math import inf
 from typing import TYPE_CHECKING, Any
 
 import simpy
 
+from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
+from colonysim.simulation.alarms import Alarm, Timers
 from colonysim.simulation.clock import Clock
-from colonysim.simulation.moments import Moments
-from colonysim.simulation.strides import strides_of
 from colonysim.simulation.waiting import Waiting
 from colonysim.trace.schema import EpisodeResult
-from colonysim.world.intents import Push, Wait
-from colonysim.world.state import AgentStatus
+from colonysim.world.intents import Wait
+from colonysim.world.state import AgentStatus, nodes_of
 
 if TYPE_CHECKING:
-    from colonysim.backends.protocol import Backend, Done
-    from colonysim.pheromones.field import Field, Moment
-    from colonysim.policies.policy import Choice, Policy
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.pheromones.field import Moment
+    from colonysim.pheromones.marks import Marks
+    from colonysim.policies.decision import Decider, Decision
     from colonysim.policies.view import LocalView
     from colonysim.randomness import Streams
-    from colonysim.simulation.strides import Strides
     from colonysim.trace.rows import Rows
     from colonysim.trace.schema import Event
-    from colonysim.world.intents import Intent, Move, Outcome
+    from colonysim.world.intents import Outcome
     from colonysim.world.state import World
 
 __all__ = ["Episode"]
 
-ENDS, WOKEN, MOVED = 0.0, 1.0, 2.0
-"""What happens at one time: first what ends then, next who was called by it, last who has just made others choose.
+ENDS, WOKEN, MOVED = 2.0, 3.0, 4.0
+"""SimPy's priorities of what happens at one time: first what ends then, next who was called by it, last who has just
+made others choose. SimPy's own events (0 and 1), such as the ticks of a clock, come before.
 
-Within each the order is drawn, so a place is one of these numbers and a lot below 1.
+Within each the order is drawn: a priority is one of these numbers and a lot below 1.
 """
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
@@ -51,40 +54,49 @@ SELDOM = 0.01
 """While nothing but long actions goes on, who waits looks up after this share of the time that it has lasted."""
 
 
-class _Environment(simpy.Environment):
-    """SimPy's, beside which the next moments of agents may stand as bare numbers.
+RESTING, ACTING = 0, 1
 
-    There are more of these than of anything else, and an event and a callback for each would cost more than the step
-    that it is for. SimPy's own events at the same time come before them.
+
+class Process(Alarm):
+    """The process of an agent: it goes on whenever its event comes.
+
+    Args:
+        nursery: See `Alarm`.
+        episode: The episode.
+        agent: Which agent.
     """
 
-    def __init__(self) -> None:
-        super().__init__(0.0)
-        self.moments = Moments()
-        self.queue: list[Any] = self._queue  # (time, priority, number, event)
+    def __init__(self, nursery: simpy.Environment, episode: Episode, agent: int) -> None:
+        super().__init__(nursery)
+        self._episode, self._agent = episode, agent
 
-    def restart(self) -> None:
-        """It is 0 o'clock, and nothing is due."""
-        self._now = 0.0
-        self.queue.clear()
-        self.moments.clear()
-
-    def at(self, now: float) -> None:
-        """It is so late now, though no event has come."""
-        self._now = now
-
-    def peek(self) -> float:
-        """When something is due next."""
-        return min(super().peek(), self.moments.time)
+    def come(self) -> None:
+        """Its action has ended, or it is to choose again."""
+        self._episode._resume(self._agent)
 
 
-def _raise_as_it_was(process: Any) -> None:
-    if not process.ok:
-        raise process.value
+class Ticker(Alarm):
+    """The process of a synchronous episode, which takes the place of the agents' own.
+
+    Args:
+        nursery: See `Alarm`.
+        episode: The episode.
+    """
+
+    def __init__(self, nursery: simpy.Environment, episode: Episode) -> None:
+        super().__init__(nursery)
+        self._episode = episode
+
+    def come(self) -> None:
+        """The next tick begins."""
+        self._episode._tick()
 
 
 class Episode:
     """One episode after another: the SimPy environment, the agents' processes and the bookkeeping around them.
+
+    The process of an agent is an event that is scheduled for when its action ends or somebody wakes it, and what
+    happens then (`_resume`): the action's end is settled, and the agent looks, decides, reserves, and acts or waits.
 
     Args:
         world: The world, put back to its start before each episode.
@@ -98,65 +110,62 @@ class Episode:
     def __init__(
         self,
         world: World,
-        fields: Mapping[str, Field],
+        fields: Mapping[str, Marks],
         backend: Backend,
-        policy: Policy,
+        policy: Decider,
         views: list[LocalView],
         rows: Rows,
     ) -> None:
         self.world, self.fields, self.backend, self.policy = world, fields, backend, policy
+        self.marks, self.motion = list(fields.values()), backend if isinstance(backend, Motion) else ByProtocol(backend)
         self.views, self.rows = views, rows
-        scenario = world.scenario
+        scenario, agents = world.scenario, len(views)
         self.goal, self.max_steps, self.stall = scenario.goal, scenario.max_steps, scenario.stall_seconds
         self.limit = inf if scenario.time_limit is None else scenario.time_limit
-        self.steps, self.since = array("i", [0]) * len(views), array("d", [0.0]) * len(views)
-        self.env = _Environment()
-        self.queue, self.moments = self.env.queue, self.env.moments
-        self.waiting = Waiting(len(views), len(world.topology), self._rouse)
-        self.short_waits, self.spins = array("i", [0]) * len(views), array("i", [0]) * len(views)
+        self.waiting = Waiting(agents, len(world.topology), self._rouse)
+        nursery = simpy.Environment()
+        self.processes = [Process(nursery, self, agent) for agent in range(agents)]
+        self.timers, self.ticker = Timers(self._expired), Ticker(nursery, self)
+        nursery.run()
+        # What each agent is doing: where it goes, with which box for which hole, since when, and what will come of it.
+        self.doing = bytearray(agents)
+        self.target, self.box, self.hole, self.ends_at = (array("i", [-1]) * agents for _ in range(4))
+        self.began, self.outcomes = array("d", [0.0]) * agents, _none(agents)
+        # Steps begun; since when it waits, and how often it has decided to wait for short or no time at all.
+        self.steps, self.since = array("q", [0]) * agents, array("d", [0.0]) * agents
+        self.short_waits, self.spins = array("i", [0]) * agents, array("i", [0]) * agents
         self.asks: dict[int, int] = {}
-        self.told: dict[int, simpy.Event] = {}
-        self.outcomes: dict[int, Outcome] = {}
         self.visit = Visit()
-        self.strides: Strides | None = None
-        self.asked_for_strides = False
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
     def _prepare(self, number: int, memories: list[Any], streams: Streams, synchronous: bool) -> None:
         views = self.views
-        self.number, self.memories = number, memories
-        self.env.restart()
+        self.number, self.memories, self.synchronous = number, memories, synchronous
+        self.env = simpy.Environment()
         self.waiting.clear()
+        self.timers.clear()
         self.clock = Clock(self.env, self.backend, self._latest, self._ended)
         self.ties = streams.draws("ties", len(views))
         self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
-            self.since[agent] = -1.0
+            self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
         self.now = self.due = self.last_outcome = 0.0
-        self.stuck, self.striding = False, 0
+        self.stuck, self.acting = False, 0
         self.short: set[int] = set()
+        self.lost: set[int] = set()
         self.finished: set[int] = set()
-        for kept in (self.asks, self.told, self.outcomes):
-            kept.clear()
-        edge_seconds = self.backend.edge_seconds
+        self.asks.clear()
+        self.turns: list[tuple[int, Decision, bool]] = []
+        self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
-            view.edge_seconds, view.waited, view.refused, view.failures = edge_seconds, 0.0, None, 0
-        if not synchronous and not self.asked_for_strides:
-            self.asked_for_strides = True
-            self.strides = strides_of(
-                self.world, self.fields, self.backend, self.policy, views, self.steps, self.rows, self.asks,
-                self._withdraw_request,
-            )  # fmt: skip
-        if self.strides is not None:
-            self.strides.prepare(memories, self.random)
+            view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
 
     def close(self) -> None:
-        """Lets go of what calls back and of who still waits, for they know the episode."""
-        self.env.restart()
-        self.told = {}
-        self.strides = self.waiting = self.clock = None  # type: ignore[assignment]
+        """Lets go of what calls back, for it knows the episode."""
+        self.env = self.clock = self.waiting = self.timers = self.ticker = None  # type: ignore[assignment]
+        self.processes = []
 
     def run(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> Iterator[Event]:
         """Runs to the episode's end; yields events as they come out.
@@ -175,12 +184,13 @@ class Episode:
             rows.event("start", agent, node=world.agent_node[agent])
             self._deposit("start", agent)
         if synchronous:
-            self._begin(self._ticks())
+            self.ticker.arm(self.env, 0.0, ENDS)
         else:
             for agent in range(len(self.views)):
                 self._expect(agent, 0.0, ENDS)
         if self.backend.tick is not None:
-            self._begin(self.clock.run(self.backend.tick))
+            # What it raises reaches the caller itself, where SimPy would build another error like it.
+            self.env.process(self.clock.run(self.backend.tick)).callbacks.append(_raise_as_it_was)
         events = rows.events
         while self._go_on():
             yield from events
@@ -198,49 +208,36 @@ class Episode:
 
     def _go_on(self) -> bool:
         """Lets happen what is due until there are events to hand out; returns False once the episode is over."""
-        queue, moments, rows, events, agents = self.queue, self.moments, self.rows, self.rows.events, len(self.views)
+        peek, step, rows, agents = self.env.peek, self.env.step, self.rows, len(self.views)
         while True:
-            due, told = moments.time, True
-            if queue:
-                time = queue[0][0]
-                if time <= due:
-                    due, told = time, False
-            self.due = due
+            due = self.due = peek()
             if due > self.limit or self._stalls(due):
                 return False
             if self.stuck or len(self.finished) == agents:
                 return False
             # All that a step runs happens at this time; asking the environment each time is slow.
             self.now = rows.now = due
-            if told:
-                self._moment()
-            else:
-                self.env.step()
-            if events:
+            step()
+            if rows.events:
                 return True
-
-    def _begin(self, steps: Generator[simpy.Event, Any, None]) -> None:
-        """Starts a process; what it raises reaches the caller itself, where SimPy would build another one like it."""
-        self.env.at(self.now)
-        self.env.process(steps).callbacks.append(_raise_as_it_was)
 
     def _stalls(self, due: float) -> bool:
         """Whether nothing comes out any more, if nothing happens before `due`: no action is under way that will end."""
         if due <= self.last_outcome + self.stall:
             return False
-        return due == inf or not (self.striding or self.outcomes or due <= self.clock.until())
+        return due == inf or not (self.acting or due <= self.clock.until())
 
     def _latest(self) -> float:
         """When the episode ends if nothing happens before."""
-        if self.striding or self.outcomes:
+        if self.acting:
             return self.limit
         return min(self.limit, max(self.last_outcome + self.stall, self.clock.until()))
 
-    def _enough(self, agent: int, intent: Move) -> float:
+    def _enough(self, agent: int, node: int) -> float:
         """The time until which an action may be under way that begins now, on a backend that does not say how long."""
-        topology, node = self.world.topology, self.world.agent_node[agent]
-        length = topology.length(node, intent.node) / (topology.mean_length or 1.0)
-        return self.now + ENOUGH * self.backend.edge_seconds * max(1.0, length)
+        topology = self.world.topology
+        length = topology.length(self.world.agent_node[agent], node) / (topology.mean_length or 1.0)
+        return self.now + ENOUGH * self.edge_seconds * max(1.0, length)
 
     def _how_it_ended(self) -> str:
         states = set(self.world.agent_status)
@@ -261,238 +258,59 @@ class Episode:
         yield from self.rows.events
         self.rows.events.clear()
 
-    # -- asynchronous: each agent in its own time --------------------------------------------------------------------
+    # -- the process of an agent -----------------------------------------------------------------------------------
 
-    def _agent(self, agent: int) -> Generator[simpy.Event, Any, None]:
-        """Look, decide, reserve, act, deposit, until the agent is done."""
-        while not self._done(agent):
-            intent = self._attempt(agent, self._decide(agent).intent)
-            if isinstance(intent, Wait):
-                self._rest(agent, intent)
-                yield self._telling(agent)
-                self._rested(agent)
-            else:
-                yield from self._carry_out(agent, intent)
+    def _resume(self, agent: int) -> None:
+        """The alarm of an agent has come: its action has ended, or it is to choose again."""
+        if self.doing[agent] == ACTING:
+            self.doing[agent] = RESTING
+            self.acting -= 1
+            self.last_outcome = self.now
+            if self.synchronous:
+                if self.acting == 0 and not self.clock.pending:
+                    self._tick()
+                return
+            if self._settle(agent):
+                self._expect(agent, 0.0, MOVED)  # who waited for the place chooses before who comes from it
+                return
+        elif self.waiting.waits(agent):
+            self._rested(agent)
+        self._choose(agent)
 
-    def _attempt(self, agent: int, intent: Intent) -> Intent:
-        """The intent, with what it needs reserved; or the wait until it may be tried again."""
-        if isinstance(intent, Wait):
-            return intent
-        blockers = self._reserve(agent, intent)
-        if not blockers:
-            return intent
-        view = self.views[agent]
-        view.refused = intent
-        # A carrier asks whoever stands in the way to go; others choose again after a while.
-        clear = blockers[0] if isinstance(intent, Push) else -1
-        return Wait(tuple(blockers), view.edge_seconds, clear)
-
-    def _carry_out(self, agent: int, intent: Move) -> Generator[simpy.Event, Any, None]:
-        """Acts on an intent for which everything is reserved."""
-        began = self.now
-        outcome: Outcome = yield self._act(agent, intent)
-        if self._settle(agent, intent, outcome, began):
-            self._expect(agent, 0.0, MOVED)  # who waited for the place chooses before who comes from it
-            yield self._telling(agent)
+    def _choose(self, agent: int) -> None:
+        """Look, decide, reserve, and act or wait, unless the agent is done."""
+        if self._done(agent):
+            return
+        decision = self._decide(agent)
+        if decision.idle:
+            self._rest(agent, None)
+        elif decision.wait is not None:
+            self._rest(agent, decision.wait)
+        elif self._reserve(agent, decision):
+            self._act(agent, decision)
+        else:
+            self._rest(agent, self._refused(agent, decision))
 
     def _drawn(self, agents: Iterable[int]) -> list[int]:
         """Agents in an order drawn anew, for whatever they do at one time."""
-        return sorted(agents, key=self.ties.draw)
+        lots = {agent: self.ties.draw(agent) for agent in agents}
+        return sorted(lots, key=lots.__getitem__)
 
     def _expect(self, agent: int, seconds: float, order: float) -> None:
-        """Notes an agent's next moment, and before or after what else happens then."""
-        self.moments.put(self.now + seconds, order + self.ties.draw(agent), agent)
-
-    def _telling(self, agent: int) -> simpy.Event:
-        """The event of an agent's next moment, for a process to wait for; its value is the outcome, if there is one."""
-        event = self.told[agent] = self.env.event()
-        return event
-
-    def _moment(self) -> None:
-        """What happens now is told by a bare number; a process is woken for it only if one waits."""
-        number = self.moments.take()
-        if number < 0:
-            self.waiting.expire(-1 - number)
-            return
-        if number in self.told:
-            outcome = self.outcomes.pop(number, None)
-            if outcome is not None:
-                self.last_outcome = self.now
-            self.env.at(self.now)
-            self.told.pop(number).succeed(outcome)
-            return
-        strides = self.strides
-        if strides is None:
-            self._begin(self._agent(number))
-            return
-        target = strides.heading(number)
-        if target >= 0:
-            self.last_outcome = self.now
-            self.striding -= 1
-            origin = strides.arrive(number)
-            if self.waiting.wake_two(origin, target):
-                self._expect(number, 0.0, MOVED)
-                return
-        elif self.waiting.waits(number):
-            self._rested(number)
-        self._stride(number)
-
-    def _stride(self, agent: int) -> None:
-        """What `_agent` does, for an agent whose steps are told in one breath."""
-        strides = self.strides
-        assert strides is not None
-        seconds = strides.depart(agent, self.now)
-        if seconds >= 0.0:
-            self.striding += 1
-            self._expect(agent, seconds, ENDS)
-            return
-        thought = strides.handed_back(agent)
-        if thought is None:
-            if self._done(agent):
-                return
-            intent = self._decide(agent).intent
-        elif thought.idle:
-            self._idle(agent)
-            return
-        else:
-            intent = thought.intent(self.views[agent])
-        intent = self._attempt(agent, intent)
-        if isinstance(intent, Wait):
-            self._rest(agent, intent)
-        else:
-            self._begin(self._detour(agent, intent))
-
-    def _detour(self, agent: int, intent: Move) -> Generator[simpy.Event, Any, None]:
-        """A step that cannot be told in one breath."""
-        yield from self._carry_out(agent, intent)
-        self._stride(agent)
-
-    def _act(self, agent: int, intent: Move) -> simpy.Event:
-        """Begins an action; the event's value will be its outcome."""
-        done = self._start(agent, intent)
-        if done is None:
-            self.clock.expect(agent, self._enough(agent, intent))
-        else:
-            self.outcomes[agent] = done.outcome
-            self._expect(agent, done.seconds, ENDS)
-        return self._telling(agent)
+        """Sets an agent's alarm, and before or after what else happens then."""
+        process = self.processes[agent]
+        process.arm(self.env, seconds, order + self.ties.draw(agent))
 
     def _ended(self, agent: int, outcome: Outcome) -> None:
         """The clock says that an action has ended, at this time."""
         self.outcomes[agent] = outcome
+        self.acting += 1
         self._expect(agent, 0.0, ENDS)
-
-    def _rest(self, agent: int, wait: Wait) -> None:
-        """Waits for a change on one of the nodes, or for the time to pass; nothing is polled."""
-        world, view = self.world, self.views[agent]
-        self.spins[agent] = self.spins[agent] + 1 if self.since[agent] == self.now else 0
-        if self.spins[agent] > DECISIONS:
-            why = f"it has decided {DECISIONS} times to wait, and no time has passed: {wait}"
-            raise PluginError(f"policy {self.policy.name!r}, agent {agent} at {self.now:g} s: {why}")
-        self._note_wait(agent, wait)
-        number = self.waiting.begin(agent, wait.nodes)
-        if wait.seconds is not None:
-            # Not shorter, or a policy that asks for no time at all would hold the clock for ever.
-            short = wait.seconds < SHORT_WAIT * view.edge_seconds
-            self.short_waits[agent] = self.short_waits[agent] + 1 if short else 0
-            more = min(max(0, self.short_waits[agent] - TOLERATED), DOUBLINGS)
-            seconds = max(wait.seconds, SHORTEST_WAIT * 2.0**more * view.edge_seconds)
-            if self.now > self.last_outcome + self.stall:
-                seconds = max(seconds, SELDOM * (self.now - self.last_outcome))
-            self.moments.put(self.now + seconds, self.ties.draw(agent), -1 - number)
-        if world.clear_requests.get(wait.clear) != agent:
-            self._withdraw_request(agent)
-            # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
-            # would not stop otherwise.
-            if 0 <= wait.clear < len(world.topology) and wait.clear not in world.clear_requests:
-                world.ask(agent, wait.clear)
-                self.asks[agent] = wait.clear
-                self.waiting.call(world.occupant[wait.clear])
-        self.since[agent] = self.now
-
-    def _idle(self, agent: int) -> None:
-        """`_rest` until anything around changes that could give the agent something to do."""
-        sight, node = self.world.sight(), self.world._agent_nodes[agent]
-        count, rows = sight.around(node), self.rows
-        self.waiting.begin_at(agent, sight.found, count)
-        if rows.kept or rows.hears_waits:
-            target = min(sight.found[:count], default=-1)
-            self.rows.event("wait", agent, "wait", node, target, step=self.steps[agent])
-        self._deposit("wait", agent)
-        if self.asks:
-            self._withdraw_request(agent)
-        self.since[agent] = self.now
-
-    def _rouse(self, agent: int) -> None:
-        """Lets an agent that waits go on, after all that ends at this time."""
-        self._expect(agent, 0.0, WOKEN)
-
-    def _rested(self, agent: int) -> None:
-        view = self.views[agent]
-        self.waiting.end(agent)
-        view.waited += (self.now - self.since[agent]) / view.edge_seconds
-
-    def _withdraw_request(self, agent: int) -> None:
-        """Asks for no node any more; who kept off it may go there now."""
-        requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
-        if requests.get(node) == agent:
-            self.world.unask(node)
-            self.waiting.wake((node,))
-
-    # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
-
-    def _ticks(self) -> Generator[simpy.Event, Any, None]:
-        while True:
-            going = [agent for agent in range(len(self.views)) if agent not in self.finished]
-            active = [agent for agent in self._drawn(going) if not self._done(agent)]
-            if not active:
-                return
-            choices = {agent: self._decide(agent) for agent in active}
-            began = self.now
-            moving: dict[int, Move] = {}
-            timed = False
-            for agent, choice in choices.items():
-                intent = choice.intent
-                if isinstance(intent, Wait):
-                    timed = timed or intent.seconds is not None
-                    self._tick_waits(agent, intent)
-                elif blockers := self._reserve(agent, intent):
-                    timed = True
-                    self.views[agent].refused = intent
-                    self._tick_waits(agent, Wait(tuple(blockers)))
-                else:
-                    moving[agent] = intent
-            if not moving and not timed:
-                self.stuck = True
-                return
-            actions = {agent: self._act(agent, intent) for agent, intent in moving.items()}
-            if actions:
-                yield self.env.all_of(list(actions.values()))
-            else:
-                yield self.env.timeout(self.backend.edge_seconds)
-            for node in list(self.world.clear_requests):
-                self.world.unask(node)
-            for agent, choice in choices.items():
-                if agent in moving:
-                    outcome: Outcome = actions[agent].value  # type: ignore[assignment]
-                    self._settle(agent, moving[agent], outcome, began)
-                else:
-                    self.steps[agent] += 1
-                    clear = choice.intent.clear if isinstance(choice.intent, Wait) else -1
-                    if clear >= 0 and clear not in self.world.clear_requests:
-                        self.world.ask(agent, clear)
-                        self.asks[agent] = clear
-
-    def _tick_waits(self, agent: int, wait: Wait) -> None:
-        self._note_wait(agent, wait)
-        self.views[agent].waited += 1.0
-
-    # -- what both modes share -------------------------------------------------------------------------------------
 
     def _done(self, agent: int) -> bool:
         """Whether the agent is finished for this episode; lets it leave at the goal."""
         world = self.world
-        if world.agent_status[agent] is AgentStatus.LOST:
+        if self.lost and agent in self.lost:
             self.finished.add(agent)
             self.rows.event("lost", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
@@ -511,82 +329,242 @@ class Episode:
             return True
         return False
 
-    def _decide(self, agent: int) -> Choice:
-        view = self.views[agent]
+    def _decide(self, agent: int) -> Decision:
+        view, rows = self.views[agent], self.rows
         view.look()
-        choice = self.policy.decide(view, self.memories[agent], self.random[agent])
-        self.memories[agent] = choice.memory
-        if choice.targets:
-            intent = choice.intent
-            chosen = -1 if isinstance(intent, Wait) else intent.node
-            self.rows.decision(
-                agent, view.node, choice.explored, chosen, choice.targets, choice.boxes, choice.probabilities
-            )
-        return choice
+        decision = self.policy.think(view, self.memories[agent], self.random[agent])
+        self.memories[agent] = decision.memory
+        if rows.kept:
+            choice, options = decision.choice, decision.options
+            if options is not None and decision.count:
+                rows.chose(
+                    agent, view.node, decision.explored, decision.node, options.nodes, options.boxes, options.chances,
+                    decision.count,
+                )  # fmt: skip
+            elif choice is not None and choice.targets:
+                rows.decision(
+                    agent, view.node, choice.explored, decision.node, choice.targets, choice.boxes, choice.probabilities
+                )
+        return decision
 
-    def _reserve(self, agent: int, intent: Move) -> list[int]:
-        """Reserves what the manoeuvre needs, all or none; returns the nodes that stand in the way."""
-        world = self.world
-        places, kept = self.backend.footprint(agent, intent), world.held(agent)
-        if world.reserve(agent, places):
-            if kept:  # what its body still needed after its last action is free now
-                nodes = {node for place in kept for node in (place if isinstance(place, tuple) else (place,))}
-                self.waiting.wake(nodes)
-            return []
-        return world.blockers(agent, places)
+    def _reserve(self, agent: int, decision: Decision) -> bool:
+        """Reserves what the move needs, all or none."""
+        world, kept = self.world, self.world.reserved[agent]
+        places = self.motion.needs(agent, decision.node, decision.box, decision.hole)
+        taken = world.reserve_node(agent, decision.node) if places is None else world.reserve(agent, places)
+        if taken and kept:  # what its body still needed after its last action is free now
+            self.waiting.wake(nodes_of(kept))
+        return taken
 
-    def _start(self, agent: int, intent: Move) -> Done | None:
+    def _refused(self, agent: int, decision: Decision) -> Wait:
+        """The wait until what stands in the way of a move may have gone."""
+        view, node = self.views[agent], decision.node
+        places = self.motion.needs(agent, node, decision.box, decision.hole)
+        blockers = self.world.blockers(agent, (node,) if places is None else places)
+        view.refused = decision.intent(view)
+        # A carrier asks whoever stands in the way to go; others choose again after a while.
+        clear = blockers[0] if decision.box >= 0 else -1
+        return Wait(tuple(blockers), self.edge_seconds, clear)
+
+    def _act(self, agent: int, decision: Decision) -> None:
+        """Begins a move for which everything is reserved."""
+        node, box, hole = decision.node, decision.box, decision.hole
         self.steps[agent] += 1
         self.short_waits[agent] = 0
-        if self.world.clear_requests:
+        if self.asks:
             self._withdraw_request(agent)
-        if self.world.begin(agent, intent) and isinstance(intent, Push):
-            self._deposit("claim", agent, intent.box, intent.hole)
-        return self.backend.start(agent, intent, self.now)
+        self.target[agent], self.box[agent], self.hole[agent], self.began[agent] = node, box, hole, self.now
+        if self.world.claim(agent, box):
+            self._deposit("claim", agent, box, hole)
+        seconds = self.motion.undertake(agent, node, box, hole, self.now)
+        self.doing[agent] = ACTING
+        if seconds < 0.0:
+            self.clock.expect(agent, self._enough(agent, node))
+            return
+        self.outcomes[agent], self.ends_at[agent] = self.motion.outcome, self.motion.ends_at
+        self.acting += 1
+        self._expect(agent, seconds, ENDS)
 
-    def _settle(self, agent: int, intent: Move, outcome: Outcome, began: float) -> bool:
-        """Applies an outcome, deposits, and wakes whoever waited for what it changed; returns whether anybody did."""
-        world, view, target = self.world, self.views[agent], intent.node
-        origin, before = world.agent_node[agent], world.agent_from[agent]
-        box, hole, action = -1, -1, "travel"
-        if isinstance(intent, Push):
-            box, hole = intent.box, intent.hole
-            action = "take" if world.box_node[box] == target else "push"
-        changed = world.apply(agent, intent, outcome)
-        self.short.discard(agent)
-        if outcome.node == self.goal and (outcome.status != "arrived" or isinstance(intent, Push)):
+    def _settle(self, agent: int) -> bool:
+        """Applies what came of a move, deposits, and wakes who waited for what it changed; returns whether any did."""
+        world, view, rows, node = self.world, self.views[agent], self.rows, self.target[agent]
+        box, hole, outcome = self.box[agent], self.hole[agent], self.outcomes[agent]
+        origin, before = world._agent_nodes[agent], world._agents_from[agent]
+        action, status, reason, lost, changed = "travel", "arrived", "", False, None
+        if box >= 0:
+            action = "take" if world._box_nodes[box] == node else "push"
+        if outcome is None:
+            now_at = self.ends_at[agent]
+            world.arrive(agent, now_at, box, node)
+        else:
+            now_at, status, reason, lost = outcome.node, outcome.status, outcome.reason, outcome.lost
+            changed = world.apply(agent, move(node, box, hole), outcome)
+        if now_at == self.goal and (box >= 0 or status != "arrived"):
             self.short.add(agent)  # the goal is its nearest node, but its body has not got there
+        elif self.short:
+            self.short.discard(agent)
         view.waited, view.refused = 0.0, None
-        view.failures = 0 if outcome.status == "arrived" else view.failures + 1
-        self.last_outcome = self.now
-        self.rows.event(
-            "end", agent, action, origin, target, box, hole, outcome.status, outcome.reason, self.steps[agent], began,
-            outcome.node,
-        )  # fmt: skip
-        if outcome.node != origin:
-            self._deposit("arrive", agent, left=origin, before=before)
-        elif not outcome.lost:
+        view.failures = 0 if status == "arrived" else view.failures + 1
+        rows.ended(
+            agent, action, origin, node, box, hole, status, reason, self.steps[agent], self.began[agent], now_at
+        )
+        if now_at != origin:
+            self._deposit("arrive", agent, -1, -1, origin, before)
+        elif not lost:
             self._deposit("wait", agent)
-        if self.backend.tick is not None:
+        if lost:
+            self.lost.add(agent)
+        if self.clocked:
             self.rows.foreign(self.backend.rows())
-        return self.waiting.wake(changed)
+        return self.waiting.wake_two(origin, node) if changed is None else self.waiting.wake(changed)
 
-    def _note_wait(self, agent: int, wait: Wait) -> None:
-        target = wait.nodes[0] if wait.nodes else -1
-        self.rows.event("wait", agent, "wait", self.world.agent_node[agent], target, step=self.steps[agent])
+    # -- waiting ---------------------------------------------------------------------------------------------------
+
+    def _rest(self, agent: int, wait: Wait | None) -> None:
+        """Waits for a change on one of the nodes, or for the time to pass; nothing is polled.
+
+        Without a wait it is for anything around that could give the agent something to do.
+        """
+        world, rows = self.world, self.rows
+        nodes: Sequence[int] = ()
+        self.spins[agent] = self.spins[agent] + 1 if self.since[agent] == self.now else 0
+        if self.spins[agent] > DECISIONS:
+            why = f"it has decided {DECISIONS} times to wait, and no time has passed: {wait}"
+            raise PluginError(f"policy {self.policy.name!r}, agent {agent} at {self.now:g} s: {why}")
+        if wait is None:
+            sight = world.sight()
+            count = sight.around(world._agent_nodes[agent])
+            self.waiting.begin_at(agent, sight.found, count)
+            if rows.kept or rows.hears_waits:
+                nodes = (min(sight.found[:count], default=-1),)
+            self._note_wait(agent, nodes)
+        else:
+            self._note_wait(agent, wait.nodes)
+            number = self.waiting.begin(agent, wait.nodes)
+            if wait.seconds is not None:
+                self.timers.start(self.env, self._length(agent, wait.seconds), ENDS + self.ties.draw(agent), number)
+        clear = -1 if wait is None else wait.clear
+        if self.asks and world.clear_requests.get(clear) != agent:
+            self._withdraw_request(agent)
+        # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
+        # would not stop otherwise.
+        if 0 <= clear < len(world.topology) and clear not in world.clear_requests:
+            world.ask(agent, clear)
+            self.asks[agent] = clear
+            self.waiting.call(world.occupant[clear])
+        self.since[agent] = self.now
+
+    def _length(self, agent: int, asked: float) -> float:
+        """How many seconds a wait lasts that asks for so many.
+
+        Not fewer than some, or a policy that asks for no time at all would hold the clock for ever.
+        """
+        short = asked < SHORT_WAIT * self.edge_seconds
+        self.short_waits[agent] = self.short_waits[agent] + 1 if short else 0
+        more = min(max(0, self.short_waits[agent] - TOLERATED), DOUBLINGS)
+        seconds = max(asked, SHORTEST_WAIT * 2.0**more * self.edge_seconds)
+        if self.now > self.last_outcome + self.stall:
+            seconds = max(seconds, SELDOM * (self.now - self.last_outcome))
+        return seconds
+
+    def _expired(self, wait: int) -> None:
+        """The time of a wait has come."""
+        self.waiting.expire(wait)
+
+    def _rouse(self, agent: int) -> None:
+        """Lets an agent that waits go on, after all that ends at this time."""
+        self._expect(agent, 0.0, WOKEN)
+
+    def _rested(self, agent: int) -> None:
+        view = self.views[agent]
+        self.waiting.end(agent)
+        view.waited += (self.now - self.since[agent]) / self.edge_seconds
+
+    def _withdraw_request(self, agent: int) -> None:
+        """Asks for no node any more; who kept off it may go there now."""
+        requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
+        if requests.get(node) == agent:
+            self.world.unask(node)
+            self.waiting.wake((node,))
+
+    def _note_wait(self, agent: int, nodes: Sequence[int]) -> None:
+        rows = self.rows
+        if rows.kept or rows.hears_waits:
+            target = nodes[0] if nodes else -1
+            self.rows.event("wait", agent, "wait", self.world.agent_node[agent], target, step=self.steps[agent])
         self._deposit("wait", agent)
+
+    # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
+
+    def _tick(self) -> None:
+        """What the last tick came to is applied, and the next one begins."""
+        if self.turns:
+            self._apply_turns()
+        self._take_turns()
+
+    def _take_turns(self) -> None:
+        """All decide, and those begin to move whose places are free."""
+        going = [agent for agent in range(len(self.views)) if agent not in self.finished]
+        active = [agent for agent in self._drawn(going) if not self._done(agent)]
+        decisions = [self._decide(agent) for agent in active]
+        timed, moving = False, 0
+        for agent, decision in zip(active, decisions, strict=True):
+            moves = False
+            if decision.node < 0:
+                wait = decision.waits(self.views[agent])
+                timed = timed or wait.seconds is not None
+            elif self._reserve(agent, decision):
+                moves, moving = True, moving + 1
+            else:
+                timed, wait = True, self._refused(agent, decision)
+            if not moves:
+                self._note_wait(agent, wait.nodes)
+                self.views[agent].waited += 1.0
+            self.turns.append((agent, decision, moves))
+        if not moving and not timed:
+            self.stuck = len(active) > 0
+            return
+        for agent, decision, moves in self.turns:
+            if moves:
+                self._act(agent, decision)
+        if not moving:
+            self.ticker.arm(self.env, self.edge_seconds, ENDS)
+
+    def _apply_turns(self) -> None:
+        """All actions of a tick have ended: what came of them is applied in the order in which they began."""
+        world, turns, self.turns = self.world, self.turns, []
+        for node in list(world.clear_requests):
+            world.unask(node)
+        for agent, decision, moves in turns:
+            if moves:
+                self._settle(agent)
+                continue
+            self.steps[agent] += 1
+            clear = decision.wait.clear if decision.wait is not None else -1
+            if clear >= 0 and clear not in world.clear_requests:
+                world.ask(agent, clear)
+                self.asks[agent] = clear
+
+    # -- marks -----------------------------------------------------------------------------------------------------
 
     def _deposit(
         self, moment: Moment, agent: int, box: int = -1, hole: int = -1, left: int = -1, before: int = -1
     ) -> None:
-        if self.strides is not None:
-            self.strides.mark(moment, agent, box, hole, left, before)
-            return
-        world, visit = self.world, self.visit
-        visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
+        """Lets an agent leave marks of every field where it stands, see `Visit`."""
+        world, visit, rows = self.world, self.visit, self.rows
+        visit.moment, visit.agent, visit.node = moment, agent, world._agent_nodes[agent]
         visit.level = world.level(agent)
         visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-        for field in self.fields.values():
-            writes = field.deposit(visit)
-            if writes:
-                self.rows.deposits(field, agent, writes)
+        for marks in self.marks:
+            count = marks.mark(visit)
+            if count and rows.kept:
+                rows.marked(marks, agent, count)
+
+
+def _none(count: int) -> list[Outcome | None]:
+    return [None] * count
+
+
+def _raise_as_it_was(process: Any) -> None:
+    if not process.ok:
+        raise process.value

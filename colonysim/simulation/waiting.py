@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Waiting"]
 
-FEW = 64
+FEW = 16
 """Longer lists are cleared of waits that are over whenever they have become twice as long as after the last time."""
 NOTHING = -1
 _NOT, _ASLEEP, _CALLED = 0, 1, 2

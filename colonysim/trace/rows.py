@@ -13,7 +13,8 @@ from colonysim.trace.writer import TraceWriter
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
-    from colonysim.pheromones.field import Field, Write
+    from colonysim.pheromones.field import Field
+    from colonysim.pheromones.marks import Marks
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.block import Block
     from colonysim.trace.schema import EpisodeResult, Sink, Table
@@ -39,7 +40,7 @@ class Rows:
     """
 
     __slots__ = (
-        "_chosen", "_decisions", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
+        "_chosen", "_decisions", "_deposits", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
         "_writer", "events", "hears_ends", "hears_waits", "kept", "now",
     )  # fmt: skip
 
@@ -53,13 +54,13 @@ class Rows:
         self._episode = 0
         self._write = sink.write if sink else None
         self.kept = self._write is not None
-        self._decisions = decisions and sink is not None
+        self._decisions, self._deposits = decisions and sink is not None, sink is not None
         self._kinds = kinds
         self.hears_ends, self.hears_waits = self._heard("end"), self._heard("wait")
         ids = scenario.topology.ids
         # -1 ("none") must stay -1 when indices become numbers.
         self._numbers = array("q", (*ids, -1))
-        self._holes = (*(ids[hole.node] for hole in scenario.holes), -1)
+        self._holes = array("q", (*(ids[hole.node] for hole in scenario.holes), -1))
         self.events: list[Event] = []
         self.now = 0.0
         # The rows of travels go straight into the columns of such a writer, without objects to carry them.
@@ -68,6 +69,8 @@ class Rows:
         self._chosen: Block | None = None
         self._marked: Block | None = None
         if self._writer is not None:
+            self._decisions = decisions and self._writer.keeps("decisions", 1)
+            self._deposits = self._writer.keeps("deposits", 1)
             self._marked = self._writer.block("deposits")
             self._chosen = self._writer.block("decisions") if decisions else None
             self._ended = None if self.hears_ends else self._writer.block("events")
@@ -134,27 +137,40 @@ class Rows:
                 ),
             )  # fmt: skip
 
-    def travelled(self, agent: int, origin: int, node: int, step: int, began: float) -> None:
-        """The event of a travel that ended where it was meant to."""
+    def ended(
+        self,
+        agent: int,
+        action: str,
+        origin: int,
+        target: int,
+        box: int,
+        hole: int,
+        status: str,
+        reason: str,
+        step: int,
+        began: float,
+        now_at: int,
+    ) -> None:
+        """The event of an action's end; the arguments are the columns of `Event`, nodes and holes by index."""
         block, numbers = self._ended, self._numbers
         if block is None:
             if self.kept or self.hears_ends:
-                self.event("end", agent, "travel", origin, node, -1, -1, "arrived", "", step, began, node)
+                self.event("end", agent, action, origin, target, box, hole, status, reason, step, began, now_at)
             return
         block.whole(self._episode)
         block.real(self.now)
         block.word("end")
         block.whole(agent)
-        block.word("travel")
+        block.word(action)
         block.whole(numbers[origin])
-        block.whole(numbers[node])
-        block.whole(-1)
-        block.whole(-1)
-        block.word("arrived")
-        block.word("")
+        block.whole(numbers[target])
+        block.whole(box)
+        block.whole(self._holes[hole])
+        block.word(status)
+        block.word(reason)
         block.whole(step)
         block.real(began)
-        block.whole(numbers[node])
+        block.whole(numbers[now_at])
         self._settle("events", block)
 
     def chose(
@@ -164,15 +180,18 @@ class Rows:
         explored: bool,
         chosen: int,
         targets: Sequence[int],
+        boxes: Sequence[int],
         probabilities: Sequence[float],
         count: int,
     ) -> None:
-        """The decision to travel to `chosen`, one of the first `count` of `targets`."""
+        """`decision` among the first `count` of `targets`."""
         block, numbers = self._chosen, self._numbers
         if block is None:
             if self._decisions:
-                boxes = (-1,) * count
-                self.decision(agent, node, explored, chosen, targets[:count], boxes, tuple(probabilities[:count]))
+                self.decision(
+                    agent, node, explored, chosen, tuple(targets[:count]), tuple(boxes[:count]),
+                    tuple(probabilities[:count]),
+                )  # fmt: skip
             return
         block.whole(self._episode)
         block.real(self.now)
@@ -183,43 +202,39 @@ class Rows:
         for i in range(count):
             block.item(numbers[targets[i]])
         block.items(count)
-        for _ in range(count):
-            block.item(-1)
+        for i in range(count):
+            block.item(boxes[i])
         block.items(count)
         for i in range(count):
             block.real_item(probabilities[i])
         block.items(count)
         self._settle("decisions", block)
 
-    def deposit(self, name: str, agent: int, node: int, value: float) -> None:
-        """An agent left one mark of a field that keeps one value a node."""
-        block = self._marked
-        if block is None:
-            if self._write:
-                self._write("deposits", (self._episode, self.now, name, agent, self._numbers[node], -1, value))
+    def marked(self, field: Marks, agent: int, count: int) -> None:
+        """An agent left the `count` marks that the last `mark` of a field has written."""
+        block, name, by_box = self._marked, field.name, field.by_box
+        if not self._deposits:
             return
-        block.whole(self._episode)
-        block.real(self.now)
-        block.word(name)
-        block.whole(agent)
-        block.whole(self._numbers[node])
-        block.whole(-1)
-        block.real(value)
-        self._settle("deposits", block)
+        for i in range(count):
+            place, key, value = field.place(i), field.key(i), field.value(i)
+            if not by_box:
+                place = self._numbers[place]
+            if block is None:
+                if self._write:
+                    self._write("deposits", (self._episode, self.now, name, agent, place, self._holes[key], value))
+                continue
+            block.whole(self._episode)
+            block.real(self.now)
+            block.word(name)
+            block.whole(agent)
+            block.whole(place)
+            block.whole(self._holes[key])
+            block.real(value)
+            self._settle("deposits", block)
 
     def _settle(self, table: Table, block: Block) -> None:
         if self._writer is not None and block.rows >= self._writer.block_rows:
             self._writer.pack(table)
-
-    def deposits(self, field: Field, agent: int, writes: Iterable[Write]) -> None:
-        """An agent left marks."""
-        if self._write:
-            episode, now, name, holes = self._episode, self.now, field.name, self._holes
-            numbers = None if field.by_box else self._numbers
-            # Plain tuples in the order of Deposit, as above.
-            for node, key, value in writes:
-                place = node if numbers is None else numbers[node]
-                self._write("deposits", (episode, now, name, agent, place, holes[key], value))
 
     def foreign(self, rows: Iterable[tuple[str, tuple[object, ...]]]) -> None:
         """Rows that a backend hands over; the episode is put in front of each.

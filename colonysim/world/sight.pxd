@@ -1,6 +1,7 @@
 # The types of sight.py when it is compiled.
 cimport cython
 from colonysim.world.near cimport Near
+from colonysim.world.terrain cimport Terrain
 
 cdef double DIAGONAL, SHORT
 
@@ -11,14 +12,14 @@ cdef class Sight:
     cdef Near surroundings
     cdef readonly int step
     cdef long long look, search
-    cdef double reach, slack, shortest
+    cdef double shortest
+    cdef Terrain terrain
     cdef double[::1] lengths, rises, surface, box_base, far, stand, heap_far
     cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at
     cdef int[::1] holes_first, hole_keys, hole_nodes, queue
     cdef int holes_at
     cdef bint holes_kept
     cdef long long[::1] seen, reached, done, wanted
-    cdef unsigned char[::1] forbidden
     cdef list box_claim
     cdef dict stacks
 
@@ -41,19 +42,16 @@ cdef class Sight:
 
     @cython.locals(at=int, base=double, way=int, j=int, count=int)
     cpdef int pushes(self, int node, int box, int barred, int[::1] found)
-    cdef bint slides(self, double base, int way) noexcept
-    cdef bint follows(self, double level, int way) noexcept
-
     @cython.locals(
-        search="long long", top="int[::1]", wanted="long long[::1]", left=int, k=int, at=int, box=int, claim=int, reach=double, queue="int[::1]", room=int, head=int, tail=int,
+        search="long long", top="int[::1]", wanted="long long[::1]", left=int, k=int, at=int, box=int, claim=int, queue="int[::1]", room=int, head=int, tail=int,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, way=int, j=int, through=double, step=int,
     )
     cpdef int nearest_box(
         self, int agent, int node, double level, int shunned, int barred, others=*, bint past=*
     ) except? -2
-    @cython.locals(box=int, claim=int, reach=double)
+    @cython.locals(box=int, claim=int)
     cdef bint takes(self, int agent, double level, int way) except? -1
-    @cython.locals(base=double, reach=double, way=int, i=int, here=double)
+    @cython.locals(base=double, way=int, i=int, here=double, box=int)
     cdef bint graspable(self, int at, int node, double level, bint past) noexcept
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)

@@ -18,10 +18,8 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Hole, Scenario
     from colonysim.world.state import World
 
-__all__ = ["SAME_HEIGHT", "Sight"]
+__all__ = ["Sight"]
 
-SAME_HEIGHT = 1e-6
-"""Heights are sums of the scenario's numbers: below this they are equal."""
 ROOM = 1 << 20
 """Holes near nodes that come to more than this are not noted but looked for."""
 DIAGONAL = 0.7071067811865475
@@ -42,13 +40,9 @@ class Sight:
     def __init__(self, scenario: Scenario) -> None:
         topology = scenario.topology
         size, self.surroundings = len(topology), near(topology, scenario.detection_radius)
-        self.size, self.reach, self.slack = size, scenario.reach, SAME_HEIGHT
+        self.size = size
         self.first, self.ends, self.lengths, self.rises = topology.edges
         self.shortest = min(topology.edges.lengths, default=0.0)
-        self.forbidden = bytearray(len(self.ends))
-        for i, j in scenario.no_push:
-            if j in topology.neighbours[i]:
-                self.forbidden[self.first[i] + topology.neighbours[i].index(j)] = 1
         # Nothing that is seen from a node is more than this: neither a queue nor a way nor what lies around.
         most = self.surroundings.most + topology.most_neighbours
         # Where we look from, and what is seen from there: first the nodes within the radius, those in `near` from `at`
@@ -70,7 +64,7 @@ class Sight:
 
     def bind(self, world: World) -> None:
         """Reads a world's arrays from now on."""
-        self.surface, self.top = world.surface, world.top
+        self.terrain, self.surface, self.top = world.terrain, world.surface, world.top
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
         self.stacks, self.hole_at = world.stacks, world.hole_at
 
@@ -192,18 +186,12 @@ class Sight:
         at, base, count = self.box_node[box], self.box_base[box], 0
         for way in range(self.first[at], self.first[at + 1]):
             j = self.ends[way]
-            if j != barred and self.seen[j] == self.look and self.slides(base, way) and self.follows(base, way):
+            if j == barred or self.seen[j] != self.look:
+                continue
+            if self.terrain.slides(base, way) and self.terrain.leads(base, way):
                 found[count] = j
                 count += 1
         return count
-
-    def slides(self, base: float, way: int) -> bool:
-        """Whether a box whose underside is at height `base` may be pushed along a way."""
-        return not self.forbidden[way] and self.surface[self.ends[way]] <= base + self.rises[way] + self.slack
-
-    def follows(self, level: float, way: int) -> bool:
-        """Whether somebody who stands at height `level` can go along a way."""
-        return -self.reach < self.surface[self.ends[way]] - level - self.rises[way] < self.reach
 
     def nearest_box(
         self,
@@ -251,8 +239,7 @@ class Sight:
                     left -= 1
         if left == 0:
             return -1
-        reach = self.reach
-        if wanted[node] == search and -reach < self.box_base[top[node]] - level < reach:
+        if wanted[node] == search and self.terrain.is_level(self.box_base[top[node]] - level):
             self.step = node
             return top[node]
         best, best_node, best_first = 0.0, -1, -1
@@ -278,14 +265,14 @@ class Sight:
                     continue
                 if (
                     wanted[j] == search
-                    and -reach < self.box_base[top[j]] - here - self.rises[way] < reach
+                    and self.terrain.is_level(self.box_base[top[j]] - here - self.rises[way])
                     and (best_node < 0 or through < best or j < best_node or (j == best_node and step < best_first))
                 ):
                     best, best_node, best_first = through, j, step
                 if j == barred or (best_node >= 0 and through + self.shortest > best):
                     continue
                 there = self.surface[j]
-                if not self.follows(here, way):
+                if not self.terrain.leads(here, way):
                     if not past or not self.takes(agent, here, way):
                         continue
                     there = self.box_base[top[j]]
@@ -303,26 +290,27 @@ class Sight:
 
     def takes(self, agent: int, level: float, way: int) -> bool:
         """Whether an agent that stands at height `level` could take hold of the box on top at the end of a way."""
-        box, reach = self.top[self.ends[way]], self.reach
+        box = self.top[self.ends[way]]
         if box < 0:
             return False
         claim = self.box_claim[box]
         if claim != -1 and claim != agent:
             return False
-        return -reach < self.box_base[box] - level - self.rises[way] < reach
+        return self.terrain.is_level(self.box_base[box] - level - self.rises[way])
 
     def graspable(self, at: int, node: int, level: float, past: bool) -> bool:
         """Whether the box on top of `at` is level with a neighbouring node: one that has sunk into a hole is not.
 
         With `past` it may be level with a box there instead.
         """
-        base, reach = self.box_base[self.top[at]], self.reach
+        base = self.box_base[self.top[at]]
         for way in range(self.first[at], self.first[at + 1]):
             i = self.ends[way]
             here = level if i == node else self.surface[i]
-            if -reach < base - here + self.rises[way] < reach:
+            if self.terrain.is_level(base - here + self.rises[way]):
                 return True
-            if past and self.top[i] >= 0 and -reach < base - self.box_base[self.top[i]] + self.rises[way] < reach:
+            box = self.top[i] if past else -1
+            if box >= 0 and self.terrain.is_level(base - self.box_base[box] + self.rises[way]):
                 return True
         return False
 
@@ -357,9 +345,11 @@ class Sight:
             here = base if i == at else self.surface[i]
             for way in range(self.first[i], self.first[i + 1]):
                 j = self.ends[way]
-                if self.seen[j] != self.look or self.done[j] == search or j == barred or not self.slides(here, way):
+                if self.seen[j] != self.look or self.done[j] == search or j == barred:
                     continue
-                if (j != end and not self.follows(here, way)) or (avoided and (i, j) in avoided):
+                if not self.terrain.slides(here, way):
+                    continue
+                if (j != end and not self.terrain.leads(here, way)) or (avoided and (i, j) in avoided):
                     continue
                 through = far + self.lengths[way]
                 if self.reached[j] != search or through < self.far[j]:

@@ -8,7 +8,8 @@ from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.world.intents import Push
-from colonysim.world.sight import SAME_HEIGHT, Sight
+from colonysim.world.sight import Sight
+from colonysim.world.terrain import Terrain
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
     from colonysim.world.intents import Intent, Outcome
 
-__all__ = ["AgentStatus", "Place", "World"]
+__all__ = ["BARRED", "AgentStatus", "Place", "World", "nodes_of"]
+
+BARRED = ("no such move", "unreachable", "no such box", "out of reach", "cannot be pushed")
+"""Why the place does not allow a move, see `World.prospect`."""
 
 Place: TypeAlias = int | tuple[int, int]
 """What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
@@ -67,12 +71,11 @@ class World:
     """
 
     __slots__ = (
-        "_agent_boxes", "_agent_nodes", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first", "_floors",
-        "_goal", "_heights", "_holders", "_hole_nodes", "_lengths", "_no_push", "_occupants", "_reach", "_requests",
-        "_requests_near", "_rims", "_sight", "_slopes", "_tops", "agent_box", "agent_from", "agent_node",
-        "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests",
-        "edge_holder", "hole_at", "node_holder", "occupant", "reserved", "scenario", "stacks", "surface", "top",
-        "topology",
+        "_agent_boxes", "_agent_nodes", "_agents_from", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first",
+        "_floors", "_goal", "_heights", "_holders", "_hole_nodes", "_occupants", "_requests", "_requests_near", "_rims",
+        "_sight", "_tops", "agent_box", "agent_from", "agent_node", "agent_status", "box_base", "box_claim",
+        "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "hole_at", "node_holder", "occupant",
+        "reserved", "scenario", "stacks", "surface", "terrain", "top", "topology",
     )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:
@@ -85,14 +88,13 @@ class World:
         self.box_height = array("d", [box.height for box in scenario.boxes])
         self._hole_nodes, self._box_heights = array("i", [hole.node for hole in scenario.holes]), self.box_height
         self.survey()
-        self._first, self._ends, self._lengths, self._slopes = scenario.topology.edges
-        self._reach, self._no_push = scenario.reach, scenario.no_push
+        self.surface = array("d", scenario.topology.z)
+        self.terrain = Terrain(scenario, self.surface)
+        self._first, self._ends = self.terrain.first, self.terrain.ends
         self._sight: Sight | None = None
         # Allocated once: a reset fills them anew, and who has taken hold of them need not do so again.
         boxes, agents = len(scenario.boxes), len(scenario.agents)
-        self.surface, self.top, self.occupant, self.node_holder = (
-            array("d", scenario.topology.z), array("i", [-1]) * size, array("i", [-1]) * size, array("i", [-1]) * size
-        )  # fmt: skip
+        self.top, self.occupant, self.node_holder = (array("i", [-1]) * size for _ in range(3))
         self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
         self.box_claim, self.box_stray = [-1] * boxes, [False] * boxes
         self.agent_node, self.agent_from, self.agent_box = (
@@ -138,16 +140,14 @@ class World:
 
     def _bind(self) -> None:
         """The arrays once more, as what compiled code reads without making objects of their numbers (`state.pxd`)."""
-        self._heights, self._occupants, self._holders, self._tops = (
-            self.surface, self.occupant, self.node_holder, self.top,
-        )  # fmt: skip
-        self._box_nodes, self._box_bases, self._agent_nodes, self._agent_boxes = (
-            self.box_node, self.box_base, self.agent_node, self.agent_box,
-        )  # fmt: skip
+        self._heights = self.terrain.surface = self.surface
+        self._occupants, self._holders, self._tops = self.occupant, self.node_holder, self.top
+        self._box_nodes, self._box_bases = self.box_node, self.box_base
+        self._agent_nodes, self._agents_from, self._agent_boxes = self.agent_node, self.agent_from, self.agent_box
 
     def __deepcopy__(self, memo: dict[int, object]) -> World:
-        """Another world in the same state."""
-        twin = World(self.scenario)
+        """Another world in the same state, of a scenario of its own: who changes one leaves the other alone."""
+        twin = World(deepcopy(self.scenario, memo))
         for name in _STATE:
             setattr(twin, name, deepcopy(getattr(self, name), memo))
         twin._bind()
@@ -171,15 +171,8 @@ class World:
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
-        reach = self._reach
-        return -reach < self._heights[j] - level - self._rise(i, j) < reach
-
-    def _rise(self, i: int, j: int) -> float:
-        """How much a slope rises from `i` to `j`; 0 elsewhere."""
-        for way in range(self._first[i], self._first[i + 1]):
-            if self._ends[way] == j:
-                return self._slopes[way]
-        return 0.0
+        edge = self.terrain.edge(i, j)
+        return edge >= 0 and self.terrain.leads(level, edge)
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
@@ -187,11 +180,10 @@ class World:
 
     def ways(self, level: float, node: int) -> list[tuple[int, float]]:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
-        found, reach = [], self._reach
-        for way in range(self._first[node], self._first[node + 1]):
-            j = self._ends[way]
-            if -reach < self._heights[j] - level - self._slopes[way] < reach:
-                found.append((j, self._lengths[way]))
+        found, terrain = [], self.terrain
+        for edge in range(self._first[node], self._first[node + 1]):
+            if terrain.leads(level, edge):
+                found.append((terrain.ends[edge], terrain.lengths[edge]))
         return found
 
     def exits(self, agent: int) -> list[int]:
@@ -201,20 +193,17 @@ class World:
 
     def exits_into(self, agent: int, found: array[int]) -> int:
         """Writes the nodes of `exits` into `found`; returns how many there are."""
-        node, level, reach, count = self._agent_nodes[agent], self.level(agent), self._reach, 0
-        for way in range(self._first[node], self._first[node + 1]):
-            j = self._ends[way]
-            if -reach < self._heights[j] - level - self._slopes[way] < reach and self.free(agent, j):
+        node, level, terrain, count = self._agent_nodes[agent], self.level(agent), self.terrain, 0
+        for edge in range(self._first[node], self._first[node + 1]):
+            j = self._ends[edge]
+            if terrain.leads(level, edge) and self.free(agent, j):
                 found[count] = j
                 count += 1
         return count
 
     def adjacent(self, i: int, j: int) -> bool:
         """Whether an edge leads from `i` to `j`."""
-        way, last = self._first[i], self._first[i + 1]
-        while way < last and self._ends[way] != j:
-            way += 1
-        return way < last
+        return self.terrain.edge(i, j) >= 0
 
     def beside_box(self, node: int, other: int) -> bool:
         """Whether `other` is next to a box that stands next to `node`."""
@@ -241,26 +230,58 @@ class World:
         at, claim = self._box_nodes[box], self.box_claim[box]
         if self._tops[at] != box or (claim != -1 and claim != agent):
             return False
-        reach = self._reach
-        return -reach < self._box_bases[box] - level - self._rise(node, at) < reach
+        edge = -1 if at == node else self.terrain.edge(node, at)
+        rise = self.terrain.rises[edge] if edge >= 0 else 0.0
+        return self.terrain.is_level(self._box_bases[box] - level - rise)
 
     def can_slide(self, base: float, i: int, j: int) -> bool:
         """Whether a box whose underside is at height `base` on `i` may be pushed to its neighbour `j`.
 
         The target's surface may not be above the base, and the scenario may forbid the edge.
         """
-        if self._no_push and (i, j) in self._no_push:
-            return False
-        return self._heights[j] <= base + self._rise(i, j) + SAME_HEIGHT
+        edge = self.terrain.edge(i, j)
+        return edge >= 0 and self.terrain.slides(base, edge)
 
     def falls(self, base: float, i: int, j: int) -> bool:
         """Whether a box pushed from `i` (underside at `base`) would drop at `j`; its pusher then stays behind."""
-        return base + self._rise(i, j) - self._heights[j] >= self._reach
+        edge = self.terrain.edge(i, j)
+        return edge >= 0 and self.terrain.falls(base, edge)
+
+    def prospect(self, agent: int, node: int, box: int) -> int:
+        """Where `agent` would stand after it has gone to a node beside it: the node, or its own after a box that falls.
+
+        Args:
+            agent: Who.
+            node: Where it goes, or where a box goes that it pushes.
+            box: The box that it pushes from its own node, or whose node it steps to; -1 to travel.
+
+        Returns:
+            The node, or a negative number if the place does not allow it: -1 less the index of the reason in `BARRED`.
+        """
+        at, terrain = self._agent_nodes[agent], self.terrain
+        edge = terrain.edge(at, node)
+        if edge < 0:
+            return -1
+        if box < 0:
+            return node if terrain.leads(self.level(agent), edge) else -2
+        if box >= len(self._box_nodes):
+            return -3
+        if self._box_nodes[box] == node:
+            return node if self.graspable(agent, box, self.level(agent), at) else -4
+        base = self._box_bases[box]
+        if self._box_nodes[box] != at or self._tops[at] != box or not terrain.slides(base, edge):
+            return -5
+        return at if terrain.falls(base, edge) else node
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
         occupant, holder = self._occupants[node], self._holders[node]
         return (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent)
+
+    def occupied_by_another(self, agent: int, node: int) -> bool:
+        """Whether somebody but `agent` stands on `node`."""
+        occupant = self._occupants[node]
+        return occupant != -1 and occupant != agent
 
     def holder(self, place: Place) -> int:
         """The agent that has reserved a node or an edge, or -1."""
@@ -346,23 +367,30 @@ class World:
         self.reserved[agent] = places
         return True
 
+    def reserve_node(self, agent: int, node: int) -> bool:
+        """`reserve` for one node."""
+        if not self.free(agent, node):
+            return False
+        if self.reserved[agent]:
+            self._free_held(agent)
+        self._holders[node] = agent
+        self.reserved[agent] = (node,)
+        return True
+
     def release(self, agent: int) -> list[int]:
         """Gives up all that `agent` has reserved; returns the nodes concerned."""
-        return self._free_held(agent)
+        return nodes_of(self._free_held(agent))
 
-    def _free_held(self, agent: int) -> list[int]:
-        nodes: list[int] = []
-        if not self.reserved[agent]:
-            return nodes
-        for place in self.reserved[agent]:
-            if isinstance(place, int):
-                self._holders[place] = -1
-                nodes.append(place)
-            else:
-                self.edge_holder.pop(place, None)
-                nodes.extend(place)
-        self.reserved[agent] = ()
-        return nodes
+    def _free_held(self, agent: int) -> tuple[Place, ...]:
+        held = self.reserved[agent]
+        if held:
+            for place in held:
+                if isinstance(place, int):
+                    self._holders[place] = -1
+                else:
+                    self.edge_holder.pop(place, None)
+            self.reserved[agent] = ()
+        return held
 
     def held(self, agent: int) -> tuple[Place, ...]:
         """What `agent` has reserved."""
@@ -390,7 +418,7 @@ class World:
     def apply(self, agent: int, intent: Intent, outcome: Outcome) -> set[int]:
         """Writes what an outcome says; returns every node at which something changed."""
         origin, node = self._agent_nodes[agent], outcome.node
-        changed = set(self._free_held(agent))
+        changed = set(nodes_of(self._free_held(agent)))
         for place in outcome.boxes:
             changed.add(self._box_nodes[place.box])
             changed.add(place.node)
@@ -412,20 +440,27 @@ class World:
             self._keep(agent, outcome.keeps)
         return changed
 
-    def pushed(self, agent: int, box: int, to: int, node: int) -> None:
-        """`apply` for a push, or a step to a box, that arrived and has nothing reserved any more.
+    def arrive(self, agent: int, node: int, box: int, to: int) -> None:
+        """`apply` for a move that came out as `prospect` says, on a node that alone was reserved for it.
+
+        What changed lies on the node where the agent was and on the one it made for.
 
         Args:
-            agent: Who pushed.
-            box: The box.
-            to: Where it is now.
+            agent: Who moved.
             node: Where the agent is now.
+            box: The box that it pushed, or whose node it stepped to; -1 if it travelled.
+            to: Where that box is now.
         """
         origin = self._agent_nodes[agent]
-        self._move_box(box, to)
+        self._free_held(agent)
+        if box >= 0:
+            self._move_box(box, to)
         if node != origin:
             self._step(agent, node)
-        self._settle_push(agent, box, node, origin)
+        if box >= 0:
+            self._settle_push(agent, box, node, origin)
+        elif node != origin:
+            self._agent_boxes[agent] = -1
 
     def _step(self, agent: int, node: int) -> None:
         origin = self._agent_nodes[agent]
@@ -433,7 +468,7 @@ class World:
             self._occupants[origin] = -1
         self._occupants[node] = agent
         self._agent_nodes[agent] = node
-        self.agent_from[agent] = origin
+        self._agents_from[agent] = origin
 
     def _settle_push(self, agent: int, box: int, node: int, origin: int) -> None:
         """After a push: do agent and box still share a node, and is the box still the agent's?"""
@@ -503,3 +538,14 @@ class World:
             for box in stack:
                 height += self._box_heights[box]
         return height
+
+
+def nodes_of(places: Iterable[Place]) -> list[int]:
+    """The nodes of some places, and those at the ends of edges among them."""
+    nodes: list[int] = []
+    for place in places:
+        if isinstance(place, int):
+            nodes.append(place)
+        else:
+            nodes.extend(place)
+    return nodes

@@ -31,7 +31,7 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 def test_ctrl_c_leaves_a_readable_run(tmp_path: Path) -> None:
-    command = [*COLONYSIM, "run", "sanity", "-n", "1000000", "--out", "run"]
+    command = [*COLONYSIM, "run", "sanity", "-n", "1000000", "--record", "decisions,deposits,frames", "--out", "run"]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stderr is not None
     for _ in range(3):
@@ -46,10 +46,11 @@ def test_ctrl_c_leaves_a_readable_run(tmp_path: Path) -> None:
 
 
 def test_a_killed_run_is_readable(tmp_path: Path) -> None:
-    command = [*COLONYSIM, "run", "sanity", "-n", "1000000", "--out", "run", "-q"]
+    kept = ["--record", "decisions,deposits,frames"]
+    command = [*COLONYSIM, "run", "sanity", "-n", "1000000", *kept, "--out", "run", "-q"]
     process = subprocess.Popen(command, cwd=tmp_path)
     deadline = time.monotonic() + 60
-    while not (tmp_path / "run" / "episodes").exists() and time.monotonic() < deadline:
+    while not any((tmp_path / "run" / "episodes").glob("part-*")) and time.monotonic() < deadline:
         time.sleep(0.05)
     process.kill()
     process.wait()

@@ -19,7 +19,7 @@ from colonysim.sweep.tables import read_table
 from colonysim.trace.reader import Run
 
 COLONYSIM = [sys.executable, "-m", "colonysim"]
-ENDLESS = [*COLONYSIM, "run", "sanity", "-n", "1000000", "--out", "run"]
+ENDLESS = [*COLONYSIM, "run", "sanity", "-n", "1000000", "--record", "decisions,deposits,frames", "--out", "run"]
 
 
 def begun(folder: Path, command: list[str] = ENDLESS, **more: object) -> subprocess.Popen[str]:

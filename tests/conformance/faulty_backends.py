@@ -237,8 +237,8 @@ class Guesser(NodeWorld):
     """Draws from the stream of durations whenever it is asked what could be done."""
 
     def footprint(self, agent, intent):
-        for draw in self.jitters:
-            draw()
+        if self.draws is not None:
+            self.draws.draw(agent)
         return super().footprint(agent, intent)
 
 

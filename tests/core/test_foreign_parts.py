@@ -13,7 +13,7 @@ import colonysim
 from colonysim import simulate
 from colonysim.backends.nodeworld import NodeWorld
 from colonysim.errors import PluginError
-from colonysim.pheromones import BoxWorth, HoleTrail
+from colonysim.pheromones import BoxWorth, HoleTrail, Write
 from colonysim.policies.presets import Colony
 from colonysim.policies.stigmergy import Memory, Stigmergy
 from colonysim.testing.worlds import random_scenario
@@ -88,7 +88,7 @@ def test_keys_of_holes_that_do_not_exist_are_nobodys():
 
 def test_worth_of_pairs_that_do_not_exist():
     worth = BoxWorth(World(line(3, goal=2, agents=[0], boxes=[(1, 1.0), (1, 1.0)])), start=10.0, decay=0.5)
-    worth.lower(0, 0)
+    worth.load([Write(0, 0, 5.0)])
     assert (worth.at(0, 0), worth.at(1), worth.at(0)) == (5.0, 10.0, 10.0)
     assert [tuple(write) for write in worth.frame()] == [(0, 0, 5.0)]
 

@@ -58,14 +58,14 @@ def test_after_every_event(name, mode):
     ends = set()
     for seed in SEEDS:
         scenario = random_scenario(seed)
-        policy, worlds, rows = make_policy(name, scenario), [], Rows()
-        fields = policy.fields
+        worlds, rows = [], Rows()
 
-        def watched(world, fields=fields, worlds=worlds):
-            worlds.append(world)
-            return fields(world)
+        class Watched(type(make_policy(name, scenario))):
+            def fields(self, world, worlds=worlds):
+                worlds.append(world)
+                return super().fields(world)
 
-        policy.fields = watched
+        policy = Watched(scenario)
         time, episode, steps = 0.0, 1, [0] * len(scenario.agents)
         for event in simulate(scenario, policy=policy, mode=mode, seed=seed, episodes=2, sink=rows):
             check(worlds[0])

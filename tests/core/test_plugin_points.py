@@ -235,7 +235,13 @@ def test_an_exception_of_a_third_party_is_one_error_that_says_whose_it_is_and_ho
     def fail(*_):
         raise raised
 
-    body, policy = NodeWorld(), Colony(line(3, agents=(2,)))
+    class Body(NodeWorld):
+        pass
+
+    class Rule(Colony):
+        pass
+
+    body, policy = Body(), Rule(line(3, agents=(2,)))
     if where == "advance":
         body.tick = 0.5
         body.start = lambda *_: None

@@ -419,7 +419,11 @@ def test_feasibility_pushes_below_the_least_chance_are_not_tried():
     mind = carrier(feasibility=0.5)
     stand(mind.world, 1, 4)
     for chance, pushed in ((0.49, False), (0.5, True)):
-        mind.view._backend.feasible = lambda agent, box, targets, chance=chance: [chance] * len(targets)
+        class Unsure(NodeWorld):
+            def feasible(self, agent, box, targets, chance=chance):
+                return [chance] * len(targets)
+
+        mind.view._backend = Unsure()
         assert isinstance(mind.decide(box=0, hole=0).intent, Push) == pushed
 
 

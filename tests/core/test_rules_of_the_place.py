@@ -90,6 +90,14 @@ def test_a_box_goes_down_or_level_never_up():
     assert world.can_slide(0.0, 1, 3) and not world.falls(0.0, 1, 3)
 
 
+def test_a_drop_of_just_reach_is_a_drop():
+    """As nobody can walk over a difference of just `reach`, a box that drops so far is lost to its pusher."""
+    world = World(place([(0, 0, 0), (1, 0, 0), (2, 0, -0.25), (1, 1, -0.249)], [(0, 1), (1, 2), (1, 3)], goal=0,
+                        agents=[0], boxes=[(1, 1.0)], reach=0.25))  # fmt: skip
+    assert world.falls(0.0, 1, 2) and not world.passable(0.0, 1, 2)
+    assert not world.falls(0.0, 1, 3) and world.passable(0.0, 1, 3)
+
+
 def test_at_a_drop_the_pusher_stays_behind_else_it_goes_with_the_box():
     world = World(line(5, goal=4, agents=[0], holes={3: (-1.0, 0.0)}, boxes=[(1, 1.0)]))
     push(world, 0, 0, 1)
@@ -163,6 +171,20 @@ def test_reservations_are_all_or_none_edges_included():
     assert world.holder(1) == -1 and world.holder((0, 1)) == -1
     assert list(world.occupant[:3]) == [-1, 0, 1]
     assert world.release(2) == [3] and world.holder(3) == -1
+
+
+def test_who_arrives_keeps_nothing_reserved():
+    world = World(line(4, goal=3, agents=[0], boxes=[(2, 1.0)]))
+    body = NodeWorld()
+    body.reset(world, Streams(0))
+    for node, box in ((1, -1), (2, 0), (1, -1)):
+        assert world.reserve_node(0, node) and world.held(0) == (node,)
+        world.claim(0, box)
+        world.arrive(0, node, box, node)
+        assert (world.held(0), list(world.node_holder)) == ((), [-1] * 4)
+    assert world.reserve(0, {2, (1, 2)})
+    world.apply(0, Travel(2), Outcome("arrived", 2))
+    assert (world.held(0), list(world.node_holder), world.edge_holder) == ((), [-1] * 4, {})
 
 
 def test_claims_end_when_the_box_is_left_sunk_or_its_holder_is_done():

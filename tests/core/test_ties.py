@@ -208,6 +208,22 @@ def test_who_is_called_by_the_same_change_chooses_in_an_order_that_is_drawn_each
     assert any(order[::2].count(1) not in (0, 5) for order in orders)
 
 
+def test_who_waited_for_a_place_chooses_before_who_has_just_left_it():
+    """Agent 0 leaves the hub for a dead end and wants back at once; agent 1, who waited for it, is always first."""
+    points = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (9.0, 9.0)]
+    scenario = place(points, [(0, 1), (0, 2)], goal=3, agents=[0, 1], max_steps=4)
+
+    def act(agent, view, n):
+        if agent == 0:
+            return Travel(2 if view.node == 0 else 0)
+        return Travel(0) if view.node == 1 and view.free(0) else Wait((0,))
+
+    for seed in range(40):
+        events, _ = play(scenario, policy=Script(act), episodes=1, seed=seed)
+        ends = [(event.agent, event.target) for event in events if event.kind == "end"]
+        assert ends[:2] == [(0, 2), (1, 0)]
+
+
 def test_lots_are_of_a_stream_of_their_own(monkeypatch):
     """Other lots change who comes first where much happens at the same time, and nothing where nothing does."""
     alone, together = line(6, goal=5, agents=[0], timing=Timing(jitter=0.1)), WORLDS["ring 8"]

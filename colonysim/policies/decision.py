@@ -1,20 +1,25 @@
-"""What a stigmergic agent remembers, and what it has made up its mind to do."""
+"""What an agent has decided, as the simulation reads it, and what a stigmergic agent remembers."""
 
 from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colonysim.policies.policy import Choice
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
+    import random
+    from collections.abc import Mapping
+
+    from colonysim.pheromones.field import Field
     from colonysim.policies.paths import Way
     from colonysim.policies.view import LocalView
     from colonysim.world.intents import Intent
+    from colonysim.world.state import World
 
-__all__ = ["Memory", "Options", "Thought", "remembering", "thinking"]
+__all__ = ["Decider", "Decision", "Memory", "Options", "new_decision", "new_memory"]
 
 
 @dataclass(unsafe_hash=True)
@@ -42,7 +47,7 @@ class Memory:
     vain: int = 0
 
 
-def remembering(
+def new_memory(
     epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int, vain: int
 ) -> Memory:
     """`Memory(...)`, which compiled code cannot call without making objects of all numbers."""
@@ -71,8 +76,8 @@ class Options:
         self.chances = array("d", [0.0]) * room
 
 
-class Thought:
-    """A decision before it is put into words: `choice` says it as other policies do.
+class Decision:
+    """What an agent has decided, as the simulation reads it; `intent` says it in the words of the protocol.
 
     Args:
         memory: What the agent will remember.
@@ -87,28 +92,36 @@ class Thought:
         explored: Whether it followed E.
         count: How many nodes it chose between; 0 if there was no choice.
         options: These nodes, from the first on.
+        choice: What another's policy has returned, or None.
     """
 
-    __slots__ = ("box", "count", "explored", "hole", "idle", "memory", "node", "options", "wait")
+    __slots__ = ("box", "choice", "count", "explored", "hole", "idle", "memory", "node", "options", "wait")
 
-    def __init__(self, memory: Memory) -> None:
+    def __init__(self, memory: Any) -> None:
         self.memory = memory
         self.wait: Wait | None = None
         self.node = self.box = self.hole = -1
         self.explored = self.idle = False
         self.count = 0
         self.options: Options | None = None
+        self.choice: Choice | None = None
 
     def intent(self, view: LocalView) -> Intent:
         """The decision as an intent, given what the agent sees."""
-        if self.idle:
-            return Wait(view.around())
-        if self.wait is not None:
-            return self.wait
+        if self.choice is not None:
+            return self.choice.intent
+        if self.node < 0:
+            return self.waits(view)
         return Travel(self.node) if self.box < 0 else Push(self.box, self.node, self.hole)
 
-    def choice(self, view: LocalView) -> Choice:
+    def waits(self, view: LocalView) -> Wait:
+        """The wait that was decided on."""
+        return self.wait if self.wait is not None else Wait(view.around())
+
+    def as_choice(self, view: LocalView) -> Choice:
         """The decision with what it was taken from."""
+        if self.choice is not None:
+            return self.choice
         options = self.options
         if options is None:
             return Choice(self.intent(view), self.memory, self.explored)
@@ -117,11 +130,37 @@ class Thought:
         return Choice(self.intent(view), self.memory, self.explored, nodes, boxes, chances)
 
 
-def thinking(memory: Memory) -> Thought:
-    """`Thought(memory)`, a little faster where it is compiled."""
-    thought = Thought.__new__(Thought)
-    thought.memory, thought.count = memory, 0
-    thought.explored = thought.idle = False
-    thought.wait = thought.options = None
-    thought.node = thought.box = thought.hole = -1
-    return thought
+def new_decision(memory: Any) -> Decision:
+    """`Decision(memory)`, a little faster where it is compiled."""
+    decision = Decision.__new__(Decision)
+    decision.memory, decision.count = memory, 0
+    decision.explored = decision.idle = False
+    decision.wait = decision.options = decision.choice = None
+    decision.node = decision.box = decision.hole = -1
+    return decision
+
+
+class Decider:
+    """A policy as the simulation calls it: `think` is `Policy.decide` without objects for numbers.
+
+    A policy of this package may derive from this class; one that does not is called through an adapter that does
+    (`simulation/foreign`).
+    """
+
+    name = ""
+
+    def fields(self, world: World) -> Mapping[str, Field]:
+        """See `Policy.fields`."""
+        raise NotImplementedError
+
+    def begin(self, agent: int, memory: Any) -> Any:
+        """See `Policy.begin`."""
+        raise NotImplementedError
+
+    def think(self, view: LocalView, memory: Any, random: random.Random) -> Decision:
+        """What the agent does next; see `Policy.decide`."""
+        raise NotImplementedError
+
+    def decide(self, view: LocalView, memory: Any, random: random.Random) -> Choice:
+        """`think`, in the words of the protocol."""
+        return self.think(view, memory, random).as_choice(view)

@@ -1,5 +1,6 @@
-# The types of thought.py when it is compiled.
+# The types of decision.py when it is compiled.
 cimport cython
+from colonysim.policies.view cimport LocalView
 
 
 # Neither can be part of a cycle: the garbage collector need not look at them.
@@ -14,7 +15,7 @@ cdef class Memory:
 
 
 @cython.locals(memory=Memory)
-cpdef Memory remembering(double epsilon, int box, int hole, tuple way, int sought, int shunned, int shunned_at, int vain)
+cpdef Memory new_memory(double epsilon, int box, int hole, tuple way, int sought, int shunned, int shunned_at, int vain)
 
 
 @cython.final
@@ -26,17 +27,21 @@ cdef class Options:
 @cython.final
 @cython.no_gc
 @cython.freelist(64)
-cdef class Thought:
-    cdef public Memory memory
-    cdef public object wait
+cdef class Decision:
+    cdef public object memory, wait, choice
     cdef public int node, box, hole, count
     cdef public bint explored, idle
     cdef public Options options
 
     cpdef intent(self, view)
+    cpdef waits(self, view)
     @cython.locals(options=Options)
-    cpdef choice(self, view)
+    cpdef as_choice(self, view)
 
 
-@cython.locals(thought=Thought)
-cpdef Thought thinking(Memory memory)
+@cython.locals(decision=Decision)
+cpdef Decision new_decision(memory)
+
+
+cdef class Decider:
+    cpdef Decision think(self, LocalView view, memory, random)

@@ -1,0 +1,19 @@
+# The types of alarms.py when it is compiled.
+
+
+cdef class Alarm:
+    cdef object _event
+    cdef list _callbacks
+
+    cpdef come(self)
+    cpdef arm(self, env, double seconds, double order)
+
+
+cdef class Timer(Alarm):
+    cdef object _timers
+    cdef public long long wait
+
+
+cdef class Timers:
+    cdef object _expired
+    cdef list _made, _idle

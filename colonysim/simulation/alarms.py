@@ -1,0 +1,99 @@
+"""Events of SimPy that are armed again: a new `Timeout` for each step would cost more than the step itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import simpy
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["Alarm", "Timer", "Timers"]
+
+MORE = 16
+"""So many timers are made at once."""
+
+
+class Alarm:
+    """An event of SimPy that belongs to somebody and is scheduled anew for whatever happens to it next.
+
+    What happens then is said by derived classes.
+
+    Args:
+        nursery: An environment that is run before the alarm is armed: an event that has happened is `ok`, and may be
+            scheduled in any other.
+    """
+
+    def __init__(self, nursery: simpy.Environment) -> None:
+        self._event: simpy.Event = nursery.timeout(0.0)
+        self._callbacks: list[Callable[[simpy.Event], None]] = [self]
+
+    def __call__(self, event: simpy.Event) -> None:
+        """SimPy's callback."""
+        self.come()
+
+    def come(self) -> None:
+        """The event has come."""
+        raise NotImplementedError
+
+    def arm(self, env: simpy.Environment, seconds: float, order: float) -> None:
+        """Schedules the event; it must not be scheduled already.
+
+        Args:
+            env: The environment.
+            seconds: How much later.
+            order: SimPy's priority: its place among the events at that time.
+        """
+        self._event.callbacks = self._callbacks
+        env.schedule(self._event, order, seconds)  # type: ignore[arg-type]  # SimPy compares priorities, no more
+
+
+class Timer(Alarm):
+    """An alarm for a wait that ends at a time of its own, whether or not it has ended before.
+
+    Args:
+        nursery: See `Alarm`.
+        timers: Those to which it belongs.
+    """
+
+    def __init__(self, nursery: simpy.Environment, timers: Timers) -> None:
+        super().__init__(nursery)
+        self._timers, self.wait = timers, -1
+
+    def come(self) -> None:
+        """Its wait expires."""
+        self._timers.expire(self)
+
+
+class Timers:
+    """The timers of an episode; one that has come is used again.
+
+    Args:
+        expired: Called with a wait's number when its time has come.
+    """
+
+    def __init__(self, expired: Callable[[int], None]) -> None:
+        self._expired = expired
+        self._made: list[Timer] = []
+        self._idle: list[Timer] = []
+
+    def clear(self) -> None:
+        """Nothing is due any more: there is a new environment."""
+        self._idle = self._made[:]
+
+    def start(self, env: simpy.Environment, seconds: float, order: float, wait: int) -> None:
+        """Lets a wait of that number expire; see `Alarm.arm`."""
+        if not self._idle:
+            nursery = simpy.Environment()
+            self._idle = [Timer(nursery, self) for _ in range(MORE)]
+            self._made += self._idle
+            nursery.run()
+        timer = self._idle.pop()
+        timer.wait = wait
+        timer.arm(env, seconds, order)
+
+    def expire(self, timer: Timer) -> None:
+        """The time of a timer's wait has come."""
+        self._idle.append(timer)
+        self._expired(timer.wait)

@@ -1,0 +1,170 @@
+"""Backends of others: what they answer is held against the protocol."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from colonysim.backends.protocol import Done
+from colonysim.simulation.foreign.answers import LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, real, whole
+from colonysim.trace.schema import TABLES
+from colonysim.world.intents import BoxPlace, Outcome
+
+if TYPE_CHECKING:
+    from colonysim.backends.protocol import Backend, Finished, TraceRow
+    from colonysim.randomness import Streams
+    from colonysim.trace.rows import Rows
+    from colonysim.world.intents import Intent
+    from colonysim.world.state import Place, World
+
+__all__ = ["ForeignBackend"]
+
+_OF_BACKENDS = ("poses", "controls")
+"""The tables whose rows a backend may give; the others are the simulation's own."""
+
+
+class ForeignBackend(Foreign):
+    """Looks at what a backend of another answers."""
+
+    def __init__(self, backend: Backend, world: World, rows: Rows) -> None:
+        super().__init__(backend, "backend", world, rows)
+        self.tick: float | None = None
+        self.edge_seconds = 1.0
+        self._under_way: dict[int, Intent] = {}
+        self.feasible_way = self._along if getattr(backend, "feasible_way", None) is not None else None
+
+    def reset(self, world: World, streams: Streams) -> None:
+        """The times that it is known by are above 0 then."""
+        self._under_way.clear()
+        self._call("reset", world, streams)
+        for name in ("tick", "edge_seconds"):
+            given = getattr(self._part, name, None)
+            seconds = real(given)
+            if (seconds is None or seconds <= 0.0) and not (name == "tick" and given is None):
+                raise self._fault(f"{name} is {SHOWN.repr(given)}, expected seconds above 0")
+            setattr(self, name, seconds)
+
+    def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
+        """A chance for each target."""
+        return self._chances("feasible", agent, self._call("feasible", agent, box, targets, agent=agent), len(targets))
+
+    def _along(self, agent: int, box: int, way: Sequence[int]) -> Sequence[float]:
+        given = self._call("feasible_way", agent, box, way, agent=agent)
+        return self._chances("feasible_way", agent, given, max(0, len(way) - 1))
+
+    def _chances(self, method: str, agent: int, given: Any, count: int) -> list[float]:
+        chances = [real(chance) for chance in self._listed(method, given, agent)]
+        if len(chances) != count:
+            raise self._fault(f"{method} returns {len(chances)} chances, expected {count}", agent)
+        found = [chance for chance in chances if chance is not None and 0.0 <= chance <= 1.0]
+        if len(found) != count:
+            raise self._fault(f"{method} returns {SHOWN.repr(given)}, expected chances from 0 to 1", agent)
+        return found
+
+    def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
+        """Nodes and edges that exist."""
+        given = self._call("footprint", agent, intent, agent=agent)
+        found: list[Place] = []
+        for place in self._listed("footprint", given, agent):
+            ends = tuple(whole(end) for end in (place if isinstance(place, tuple) else (place,)))
+            if len(ends) > 2 or not ends or not all(end is not None and 0 <= end < self._nodes for end in ends):
+                why = f"footprint of {SHOWN.repr(intent)} holds {SHOWN.repr(place)}, expected a node or an edge"
+                raise self._fault(why, agent)
+            found.append(ends if isinstance(place, tuple) else ends[0])  # type: ignore[arg-type]
+        return frozenset(found)
+
+    def start(self, agent: int, intent: Intent, now: float) -> Done | None:
+        """An outcome with its time, or none yet if there is a clock."""
+        done = self._call("start", agent, intent, now, agent=agent)
+        if done is None:
+            if self.tick is None:
+                why = f"start returns None for {SHOWN.repr(intent)}, expected a Done, as it has no tick"
+                raise self._fault(why, agent)
+            self._under_way[agent] = intent
+            return None
+        try:
+            given, outcome = done.seconds, done.outcome
+        except AttributeError:
+            raise self._fault(f"start returns {SHOWN.repr(done)}, expected a Done or None", agent) from None
+        seconds = real(given)
+        if seconds is None or seconds < 0.0 or not math.isfinite(now + seconds):
+            why = f"{SHOWN.repr(intent)} takes {SHOWN.repr(given)} seconds, expected a number that is not negative"
+            raise self._fault(why, agent)
+        checked = self._outcome(agent, intent, outcome)
+        return Done(seconds, checked)
+
+    def advance(self, now: float) -> Sequence[Finished]:
+        """Outcomes of what is under way."""
+        finished = self._listed("advance", self._call("advance", now))
+        found: list[Any] = []
+        for each in finished:
+            try:
+                number, outcome = each
+            except (TypeError, ValueError):
+                raise self._fault(f"advance returns {SHOWN.repr(each)}, expected a Finished") from None
+            agent = whole(number)
+            if agent not in self._under_way:
+                raise self._fault(f"advance returns {SHOWN.repr(each)}, but no such agent has an action under way")
+            assert agent is not None
+            found.append((agent, self._outcome(agent, self._under_way.pop(agent), outcome)))
+        return found
+
+    def _outcome(self, agent: int, intent: Intent, outcome: Any) -> Outcome:
+        """The outcome with plain numbers."""
+        why = ""
+        if not isinstance(outcome, Outcome):
+            why = "expected an Outcome"
+        elif outcome.status not in ("arrived", "blocked", "failed"):
+            why = "there is no such status"
+        elif not is_text(outcome.reason) or not isinstance(outcome.lost, bool):
+            why = f"expected a reason in at most {LONGEST_TEXT} characters, and for lost True or False"
+        else:
+            try:
+                node, kept = whole(outcome.node), tuple([whole(each) for each in listed(outcome.keeps)])
+                places = tuple([BoxPlace(*place) for place in listed(outcome.boxes)])
+            except Exception:  # whatever goes wrong in going through them
+                why = "expected nodes that it keeps, and a BoxPlace for each box"
+            else:
+                if not all(each is not None and 0 <= each < self._nodes for each in (node, *kept)):
+                    why = "there is no such node"
+                boxes = [BoxPlace(whole(b), whole(n), bool(stray)) for b, n, stray in places]  # type: ignore[arg-type]
+                for box, place, _ in boxes:
+                    if box is None or not 0 <= box < self._boxes:
+                        why = "there is no such box"
+                    elif place is None or not 0 <= place < self._nodes:
+                        why = "there is no such node for the box"
+        if why:
+            raise self._fault(f"{SHOWN.repr(intent)} came to {SHOWN.repr(outcome)}: {why}", agent)
+        if type(outcome.node) is int and not kept and not boxes:
+            return outcome  # type: ignore[no-any-return]
+        return Outcome(outcome.status, node, tuple(boxes), outcome.reason, outcome.lost, kept)  # type: ignore[arg-type]
+
+    def cancel(self, agent: int) -> None:
+        """No outcome may come of it."""
+        self._under_way.pop(agent, None)
+        self._call("cancel", agent, agent=agent)
+
+    def leave(self, agent: int) -> None:
+        """No outcome may come of it."""
+        self._under_way.pop(agent, None)
+        self._call("leave", agent, agent=agent)
+
+    def rows(self) -> Iterable[TraceRow]:
+        """Rows that fit their table."""
+        given = self._listed("rows", self._call("rows"))
+        for each in given:
+            try:
+                table, row = each
+                kinds = [*TABLES[table].values()][1:]  # the simulation puts the episode in front
+                sound = table in _OF_BACKENDS and len(row) == len(kinds)
+                sound = sound and all(fits(value, kind) for value, kind in zip(row, kinds, strict=True))
+            except (TypeError, ValueError, LookupError):
+                sound = False
+            if not sound:
+                raise self._fault(f"rows returns {SHOWN.repr(each)}, expected rows of {' and '.join(_OF_BACKENDS)}")
+        return given
+
+    def close(self) -> None:
+        """It may raise."""
+        self._call("close")

@@ -1,0 +1,76 @@
+"""Fields of others: each deposit is one call, and what it answers is held against the protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from colonysim.pheromones.field import Write
+from colonysim.pheromones.marks import Marks
+from colonysim.simulation.foreign.answers import PASSED_ON, SHOWN, Foreign, real, whole
+
+if TYPE_CHECKING:
+    from colonysim.pheromones.field import Field, Visit
+    from colonysim.trace.rows import Rows
+    from colonysim.world.state import World
+
+__all__ = ["ForeignField"]
+
+
+class ForeignField(Foreign, Marks):
+    """Looks at what a field of another answers."""
+
+    def __init__(self, field: Field, world: World, rows: Rows) -> None:
+        super().__init__(field, "field", world, rows)
+        self.by_box = bool(field.by_box)
+        self._written: list[Write] = []
+
+    def at(self, node: int, key: int = -1) -> float:
+        """A finite number."""
+        value = self._call("at", node, key)
+        number = real(value)
+        if number is None:
+            raise self._fault(f"at({node}, {key}) returns {SHOWN.repr(value)}, expected a finite number")
+        return number
+
+    def keys(self, node: int) -> Sequence[int]:
+        """Whole numbers; those that are no hole are nobody's."""
+        found = [whole(key) for key in self._listed("keys", self._call("keys", node))]
+        if None in found:
+            raise self._fault(f"keys({node}) returns {SHOWN.repr(found)}, expected whole numbers")
+        return [key for key in found if key is not None and -1 <= key < self._holes]
+
+    def mark(self, visit: Visit) -> int:
+        """Finite values at what exists."""
+        try:
+            given = self._part.deposit(visit)
+        except PASSED_ON:
+            raise
+        except BaseException as error:
+            raise self._raised("deposit", error, visit.agent) from error
+        self._written = [] if given == () else self._writes("deposit", self.by_box, visit.agent, given)
+        return len(self._written)
+
+    def place(self, i: int) -> int:
+        """Of what the last `mark` wrote."""
+        return self._written[i].node
+
+    def key(self, i: int) -> int:
+        """Of what the last `mark` wrote."""
+        return self._written[i].key
+
+    def value(self, i: int) -> float:
+        """Of what the last `mark` wrote."""
+        return self._written[i].value
+
+    def end_episode(self) -> None:
+        """It may raise."""
+        self._call("end_episode")
+
+    def frame(self) -> Iterable[Write]:
+        """Finite values at what exists."""
+        return self._writes("frame", self.by_box, None, self._call("frame"))
+
+    def load(self, frame: Iterable[Write]) -> None:
+        """It may raise."""
+        self._call("load", frame)

@@ -1,0 +1,129 @@
+"""Policies of others: each decision is one call, and what it answers is held against the protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, cast
+
+from colonysim.policies.decision import Decider, new_decision
+from colonysim.policies.policy import Choice
+from colonysim.simulation.foreign.answers import PASSED_ON, SHOWN, Foreign, listed, real, whole
+from colonysim.world.intents import Push, Travel, Wait
+
+if TYPE_CHECKING:
+    import random
+
+    from colonysim.pheromones.field import Field
+    from colonysim.policies.decision import Decision
+    from colonysim.policies.policy import Policy
+    from colonysim.policies.view import LocalView
+    from colonysim.trace.rows import Rows
+    from colonysim.world.intents import Intent
+    from colonysim.world.state import World
+
+__all__ = ["ForeignPolicy"]
+
+
+class ForeignPolicy(Foreign, Decider):
+    """Looks at what a policy of another decides."""
+
+    def __init__(self, policy: Policy, world: World, rows: Rows) -> None:
+        super().__init__(policy, "policy", world, rows)
+
+    def fields(self, world: World) -> Mapping[str, Field]:
+        """It may raise; `checked_fields` looks at what it gives."""
+        return cast("Mapping[str, Field]", self._call("fields", world))
+
+    def begin(self, agent: int, memory: Any) -> Any:
+        """It may raise."""
+        return self._call("begin", agent, memory, agent=agent)
+
+    def think(self, view: LocalView, memory: Any, random: random.Random) -> Decision:
+        """An intent that speaks of what exists, and a choice that fits the trace."""
+        agent = view.agent
+        try:
+            choice = self._part.decide(view, memory, random)
+        except PASSED_ON:
+            raise
+        except BaseException as error:
+            raise self._raised("decide", error, agent) from error
+        if not isinstance(choice, Choice):
+            raise self._fault(f"decide returns {SHOWN.repr(choice)}, expected a Choice", agent)
+        decision, intent = new_decision(choice.memory), choice.intent
+        if type(intent) is Travel and not choice.targets:  # most are no more than that
+            node = intent.node
+            if type(node) is int and 0 <= node < self._nodes and self._leads(agent, node):
+                decision.choice, decision.node = choice, node
+                return decision
+        found, why = self._intent(agent, intent)
+        if not why:
+            why = self._options(choice)
+        if why or found is None:
+            raise self._fault(f"it wants {SHOWN.repr(intent)}: {why}", agent)
+        decision.choice = choice if found is intent else choice._replace(intent=found)
+        if isinstance(found, Wait):
+            decision.wait = found
+        else:
+            decision.node = found.node
+            if isinstance(found, Push):
+                decision.box, decision.hole = found.box, found.hole
+        return decision
+
+    def _leads(self, agent: int, node: int) -> bool:
+        """Whether there is an edge from where the agent stands to a node."""
+        return self._world.adjacent(self._world.agent_node[agent], node)
+
+    def _intent(self, agent: int, intent: Any) -> tuple[Intent | None, str]:
+        """The intent with plain numbers, and what is wrong with it."""
+        if isinstance(intent, Wait):
+            return self._wait(intent)
+        if not isinstance(intent, Travel | Push):
+            return None, "expected a Travel, a Push or a Wait"
+        node = whole(intent.node)
+        if node is None or not 0 <= node < self._nodes:
+            return None, "there is no such node"
+        if not self._leads(agent, node):
+            return None, f"no edge leads there from node {self._world.agent_node[agent]}"
+        if isinstance(intent, Travel):
+            return (intent if type(intent.node) is int else Travel(node)), ""
+        box, hole = whole(intent.box), whole(intent.hole)
+        if box is None or not 0 <= box < self._boxes:
+            return None, "there is no such box"
+        if hole is None or not -1 <= hole < self._holes:
+            return None, "there is no such hole"
+        plain = type(intent.node) is type(intent.box) is type(intent.hole) is int
+        return (intent if plain else Push(box, node, hole)), ""
+
+    def _wait(self, wait: Wait) -> tuple[Wait | None, str]:
+        try:
+            nodes = tuple([whole(node) for node in listed(wait.nodes)])
+        except Exception:  # whatever goes wrong in going through them
+            return None, "expected nodes to wait for"
+        if not all(node is not None and 0 <= node < self._nodes for node in nodes):
+            return None, "there is no such node to wait for"
+        seconds, clear = None if wait.seconds is None else real(wait.seconds), whole(wait.clear)
+        if wait.seconds is not None and (seconds is None or seconds <= 0.0):
+            return None, "expected a time above 0 that has an end, or None to wait for a change"
+        if clear is None or not -1 <= clear < self._nodes:
+            return None, "there is no such node to be cleared"
+        return Wait(nodes, seconds, clear), ""  # type: ignore[arg-type]
+
+    def _options(self, choice: Choice) -> str:
+        try:
+            targets, boxes = listed(choice.targets), listed(choice.boxes)
+            chances = listed(choice.probabilities)
+        except Exception:
+            return "expected targets, boxes and probabilities of the choice"
+        if not targets and not boxes and not chances:
+            return ""
+        if not len(targets) == len(boxes) == len(chances):
+            return f"its choice has {len(targets)} targets, {len(boxes)} boxes and {len(chances)} probabilities"
+        for target, box, chance in zip(targets, boxes, chances, strict=True):
+            node, number = whole(target), whole(box)
+            if node is None or not 0 <= node < self._nodes:
+                return f"one of its targets is {SHOWN.repr(target)}, expected a node"
+            if number is None or not -1 <= number < self._boxes:
+                return f"one of the boxes of its choice is {SHOWN.repr(box)}, expected a box or -1"
+            if real(chance) is None:
+                return f"one of its probabilities is {SHOWN.repr(chance)}, expected a number"
+        return ""

@@ -1,0 +1,79 @@
+# cython: boundscheck=False, wraparound=False, initializedcheck=False
+"""The heights of the place and what they allow: who can go where, and what can be pushed where."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from array import array
+
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = ["SAME_HEIGHT", "Terrain"]
+
+SAME_HEIGHT = 1e-6
+"""Heights are sums of the scenario's numbers: below this they are equal."""
+
+
+class Terrain:
+    """The edges of the graph and the surfaces of its nodes, in flat arrays.
+
+    The edges out of node i have the indices `first[i]` to `first[i + 1]`, that one left out. Whoever moves a box
+    changes `surface`; the rest never changes.
+
+    Args:
+        scenario: Its place and rules.
+        surface: The height of each node's surface with the boxes on it, graph units; the world's own array.
+
+    Attributes:
+        first: The index of each node's first edge, and behind it the number of edges.
+        ends: The node to which each edge leads.
+        lengths: The length of each edge, graph units in the xy plane.
+        rises: How much each edge rises if it is a slope, graph units; 0 for others.
+        surface: The same array.
+        reach: Heights that differ by less than this are level, graph units.
+    """
+
+    def __init__(self, scenario: Scenario, surface: array[float]) -> None:
+        topology = scenario.topology
+        self.first, self.ends, self.lengths, self.rises = topology.edges
+        self.surface, self.reach, self.size = surface, scenario.reach, len(topology)
+        self._slack = SAME_HEIGHT
+        self._forbidden = bytearray(len(self.ends))
+        for i, j in scenario.no_push:
+            edge = self.edge(i, j)
+            if edge >= 0:
+                self._forbidden[edge] = 1
+
+    def edge(self, i: int, j: int) -> int:
+        """The index of the edge from `i` to `j`, or -1.
+
+        Raises:
+            IndexError: There is no node `i`.
+        """
+        if not 0 <= i < self.size:
+            raise IndexError(f"there is no node {i}")
+        for edge in range(self.first[i], self.first[i + 1]):
+            if self.ends[edge] == j:
+                return edge
+        return -1
+
+    def is_level(self, difference: float) -> bool:
+        """The height rule: whether two heights differ by less than `reach`, a slope's rise being taken off already."""
+        return -self.reach < difference < self.reach
+
+    def leads(self, level: float, edge: int) -> bool:
+        """Whether somebody who stands at height `level` can travel along an edge."""
+        return self.is_level(self.surface[self.ends[edge]] - level - self.rises[edge])
+
+    def slides(self, base: float, edge: int) -> bool:
+        """Whether a box whose underside is at height `base` may be pushed along an edge.
+
+        The surface at its end may not be above the base, and the scenario may forbid the edge.
+        """
+        return not self._forbidden[edge] and self.surface[self.ends[edge]] <= base + self.rises[edge] + self._slack
+
+    def falls(self, base: float, edge: int) -> bool:
+        """Whether a box that is pushed along an edge would drop at its end, by `reach` or more."""
+        return base + self.rises[edge] - self.surface[self.ends[edge]] >= self.reach
