@@ -1,0 +1,22 @@
+# The types of bullet.py when it is compiled.
+cimport cython
+from colonysim.backends.action cimport Actions
+from colonysim.physics.scene cimport Scene as SceneType  # bullet.py makes its own Scene, which tests may replace
+
+
+cdef class Bullet:
+    cdef public bint recording
+    cdef readonly object push, feasibility, feasible_way, edge_seconds
+    cdef readonly SceneType _scene
+    cdef readonly Actions _actions
+    cdef readonly object _world, _layout
+    cdef object _gui, _execute, _forest, _way_chance, _laid_out, _streams, _traffic, _now, _pushes
+    cdef list _rows
+
+    @cython.locals(scene=SceneType, finished=list)
+    cpdef advance(self, now)
+
+    cpdef SceneType _open(self)
+
+    @cython.locals(scene=SceneType, rows=list)
+    cdef _record_movers(self)
