@@ -5,9 +5,9 @@ COLONYSIM_COMPILE=0 leaves them uncompiled, COLONYSIM_COMPILE=1 makes it an erro
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
+import runpy
 import shutil
 import subprocess
 import sys
@@ -122,17 +122,10 @@ def compile_hot(root: Path, scratch: Path) -> list[Path]:
         placed.append(target)
     record = root / RECORD
     sources = {Path(name).with_suffix("").relative_to("colonysim").as_posix(): root / name for name in HOT}
-    record.write_text(json.dumps({name: _digest(source) for name, source in sources.items()}, indent=1))
+    # Not imported: the package itself is not installed yet.
+    digest = runpy.run_path(str(root / "colonysim" / "built.py"))["digest"]
+    record.write_text(json.dumps({name: digest(source) for name, source in sources.items()}, indent=1))
     return [*placed, record]
-
-
-def _digest(source: Path) -> str:
-    """The same as `colonysim.built.digest`, which cannot be imported where nothing is installed yet."""
-    found = hashlib.sha256()
-    for suffix in (".py", ".pyx", ".pxd"):
-        if source.with_suffix(suffix).exists():
-            found.update(source.with_suffix(suffix).read_bytes())
-    return found.hexdigest()
 
 
 class CompileHook(BuildHookInterface[Any]):

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from colonysim.pheromones.field import Field
     from colonysim.policies.paths import Way
-    from colonysim.policies.policy import Choice
     from colonysim.policies.settings import StigmergySettings
     from colonysim.policies.view import LocalView
     from colonysim.scenario.scenario import Scenario
@@ -133,12 +132,8 @@ class Stigmergy(Decider):
         decay = s.epsilon_decay if s.epsilon_per == "episode" else 1.0
         return Memory(max(s.epsilon_floor, memory.epsilon * decay))
 
-    def decide(self, view: LocalView, memory: Memory, random: random.Random) -> Choice:
-        """Algorithm 9 for one agent."""
-        return self.think(view, memory, random).as_choice(view)
-
     def think(self, view: LocalView, memory: Memory, random: random.Random) -> Decision:
-        """`decide` without objects for numbers.
+        """Algorithm 9 for one agent.
 
         Raises:
             TypeError: There is no view, or the memory is none of `begin`.

@@ -42,7 +42,7 @@ cdef class Episode:
     cdef public Waiting waiting
     cdef public list memories, views, random, processes, marks, outcomes, turns
     cdef public dict asks
-    cdef public set finished, short, lost
+    cdef public set finished, short
     cdef public long long number, acting, max_steps
     cdef public double now, due, last_outcome, stall, limit, edge_seconds
     cdef public bint stuck, synchronous, clocked
@@ -67,8 +67,8 @@ cdef class Episode:
     cdef bint _done(self, int agent) except? -1
     @cython.locals(view=LocalView, rows=Rows, decision=Decision, options=Options)
     cdef Decision _decide(self, int agent)
-    @cython.locals(world=World)
-    cdef bint _reserve(self, int agent, Decision decision) except? -1
+    @cython.locals(world=World, node=int)
+    cdef _reserve(self, int agent, Decision decision)
     @cython.locals(node=int, box=int, hole=int, seconds=double)
     cdef _act(self, int agent, Decision decision)
     @cython.locals(

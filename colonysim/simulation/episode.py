@@ -54,7 +54,7 @@ SELDOM = 0.01
 """While nothing but long actions goes on, who waits looks up after this share of the time that it has lasted."""
 
 
-RESTING, ACTING = 0, 1
+LOST, RESTING, ACTING = AgentStatus.LOST, 0, 1
 
 
 class Process(Alarm):
@@ -154,7 +154,6 @@ class Episode:
         self.now = self.due = self.last_outcome = 0.0
         self.stuck, self.acting = False, 0
         self.short: set[int] = set()
-        self.lost: set[int] = set()
         self.finished: set[int] = set()
         self.asks.clear()
         self.turns: list[tuple[int, Decision, bool]] = []
@@ -286,10 +285,10 @@ class Episode:
             self._rest(agent, None)
         elif decision.wait is not None:
             self._rest(agent, decision.wait)
-        elif self._reserve(agent, decision):
-            self._act(agent, decision)
+        elif blockers := self._reserve(agent, decision):
+            self._rest(agent, self._refused(agent, decision, blockers))
         else:
-            self._rest(agent, self._refused(agent, decision))
+            self._act(agent, decision)
 
     def _drawn(self, agents: Iterable[int]) -> list[int]:
         """Agents in an order drawn anew, for whatever they do at one time."""
@@ -310,7 +309,7 @@ class Episode:
     def _done(self, agent: int) -> bool:
         """Whether the agent is finished for this episode; lets it leave at the goal."""
         world = self.world
-        if self.lost and agent in self.lost:
+        if world.agent_status[agent] is LOST:
             self.finished.add(agent)
             self.rows.event("lost", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
@@ -347,20 +346,19 @@ class Episode:
                 )
         return decision
 
-    def _reserve(self, agent: int, decision: Decision) -> bool:
-        """Reserves what the move needs, all or none."""
-        world, kept = self.world, self.world.reserved[agent]
-        places = self.motion.needs(agent, decision.node, decision.box, decision.hole)
-        taken = world.reserve_node(agent, decision.node) if places is None else world.reserve(agent, places)
-        if taken and kept:  # what its body still needed after its last action is free now
-            self.waiting.wake(nodes_of(kept))
-        return taken
-
-    def _refused(self, agent: int, decision: Decision) -> Wait:
-        """The wait until what stands in the way of a move may have gone."""
-        view, node = self.views[agent], decision.node
+    def _reserve(self, agent: int, decision: Decision) -> Sequence[int]:
+        """Reserves what the move needs, all or none; returns the nodes that stand in the way."""
+        world, kept, node = self.world, self.world.reserved[agent], decision.node
         places = self.motion.needs(agent, node, decision.box, decision.hole)
-        blockers = self.world.blockers(agent, (node,) if places is None else places)
+        if not (world.reserve_node(agent, node) if places is None else world.reserve(agent, places)):
+            return (node,) if places is None else world.blockers(agent, places)
+        if kept:  # what its body still needed after its last action is free now
+            self.waiting.wake(nodes_of(kept))
+        return ()
+
+    def _refused(self, agent: int, decision: Decision, blockers: Sequence[int]) -> Wait:
+        """The wait until what stands in the way of a move may have gone."""
+        view = self.views[agent]
         view.refused = decision.intent(view)
         # A carrier asks whoever stands in the way to go; others choose again after a while.
         clear = blockers[0] if decision.box >= 0 else -1
@@ -412,8 +410,6 @@ class Episode:
             self._deposit("arrive", agent, -1, -1, origin, before)
         elif not lost:
             self._deposit("wait", agent)
-        if lost:
-            self.lost.add(agent)
         if self.clocked:
             self.rows.foreign(self.backend.rows())
         return self.waiting.wake_two(origin, node) if changed is None else self.waiting.wake(changed)
@@ -513,10 +509,10 @@ class Episode:
             if decision.node < 0:
                 wait = decision.waits(self.views[agent])
                 timed = timed or wait.seconds is not None
-            elif self._reserve(agent, decision):
-                moves, moving = True, moving + 1
+            elif blockers := self._reserve(agent, decision):
+                timed, wait = True, self._refused(agent, decision, blockers)
             else:
-                timed, wait = True, self._refused(agent, decision)
+                moves, moving = True, moving + 1
             if not moves:
                 self._note_wait(agent, wait.nodes)
                 self.views[agent].waited += 1.0

@@ -398,15 +398,11 @@ class World:
 
     # -- change ----------------------------------------------------------------------------------------------------
 
-    def begin(self, agent: int, intent: Intent) -> bool:
-        """Takes note that `agent` begins `intent`; returns True if it thereby claims a box.
-
-        Any box that it held and does not push is let go.
-        """
-        return self.claim(agent, intent.box if isinstance(intent, Push) else -1)
-
     def claim(self, agent: int, pushed: int) -> bool:
-        """`begin` with a push of that box, or with a travel if it is -1: lets go of any other box."""
+        """Takes note that `agent` begins to push a box, or to travel if it is -1; returns whether it claims a box now.
+
+        Any other box that it held is let go.
+        """
         claimed = pushed >= 0 and self.box_claim[pushed] != agent
         held = self._agent_boxes[agent]
         if held >= 0 and held != pushed and self.box_claim[held] == agent:

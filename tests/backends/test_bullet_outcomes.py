@@ -30,7 +30,7 @@ def act(
 ) -> Outcome:
     """Carries out one intent and applies its outcome; something may happen to the bodies on the way."""
     assert world.reserve(agent, backend.footprint(agent, intent))
-    world.begin(agent, intent)
+    world.claim(agent, intent.box if isinstance(intent, Push) else -1)
     done = backend.start(agent, intent, 0.0)
     if done is not None:
         world.apply(agent, intent, done.outcome)

@@ -64,7 +64,7 @@ def push(world: World, agent: int, box: int, node: int, hole: int = -1) -> None:
     body = NodeWorld()
     body.reset(world, Streams(0))
     intent = Push(box, node, hole)
-    world.begin(agent, intent)
+    world.claim(agent, box)
     done = body.start(agent, intent, 0.0)
     assert done is not None and done.outcome.status == "arrived", done
     world.apply(agent, intent, done.outcome)

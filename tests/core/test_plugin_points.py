@@ -7,7 +7,7 @@ import sys
 from importlib.metadata import EntryPoint
 
 import pytest
-from small_worlds import line, play
+from small_worlds import Script, line, play
 
 import colonysim
 from colonysim import load_scenario, plugins, simulate
@@ -17,7 +17,7 @@ from colonysim.pheromones import Exploration, Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.policy import Choice
 from colonysim.policies.presets import Colony
-from colonysim.world.intents import Travel
+from colonysim.world.intents import Travel, Wait
 
 SOURCE = '''
 from colonysim.pheromones import Exploration
@@ -250,6 +250,24 @@ def test_an_exception_of_a_third_party_is_one_error_that_says_whose_it_is_and_ho
         list(simulate(line(3, agents=(2,)), policy=policy, backend=body, mode=mode))
     assert caught.value.__cause__ is raised and raised.__cause__ is None
     assert str(caught.value).startswith("policy 'colony', agent 0 at" if where == "decide" else "backend 'nodeworld'")
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_a_backend_is_asked_once_what_a_move_needs_even_if_it_is_refused(mode):
+    asked = []
+
+    class Body(NodeWorld):
+        def footprint(self, agent, intent):
+            asked.append(agent)
+            return super().footprint(agent, intent)
+
+    def act(agent, view, n):
+        return Travel(1 if agent == 0 else 0) if n == 0 else Wait((0,), 1e6)
+
+    # Each wants to where the other stands, and is refused.
+    scenario = line(3, agents=(0, 1), goal=2, max_steps=1)
+    list(simulate(scenario, policy=Script(act), backend=Body(), mode=mode, episodes=1))
+    assert sorted(asked) == [0, 1]
 
 
 @pytest.mark.parametrize("group", ["policies", "backends", "fields"])

@@ -60,7 +60,7 @@ def test_a_slope_s_rise_is_taken_off_first():
 def test_a_box_is_taken_from_its_own_level_on_top_and_unclaimed():
     world = World(line(4, goal=3, agents=[0, 2], boxes=[(1, 1.0)]))
     assert world.graspable(0, 0, world.level(0), 0)
-    world.begin(0, Push(0, 1, -1))
+    world.claim(0, 0)
     assert world.graspable(0, 0, world.level(0), 0)
     assert not world.graspable(1, 0, world.level(1), 2)
     stacked = World(line(3, goal=2, agents=[0], holes={1: (-1.0, 0.0)}, boxes=[(1, 1.0), (1, 1.0)]))
@@ -195,7 +195,7 @@ def test_claims_end_when_the_box_is_left_sunk_or_its_holder_is_done():
         return world
 
     world = carrier()
-    world.begin(0, Travel(0))
+    world.claim(0, -1)
     assert world.box_claim == [-1]
     world = carrier()
     world.spend(0)
@@ -220,7 +220,7 @@ def test_another_agent_takes_over_a_dropped_box():
     push(world, 0, 0, 2)
     stand(world, 1, 3)
     assert not world.graspable(1, 0, world.level(1), 3)
-    world.begin(0, Travel(1))
+    world.claim(0, -1)
     world.apply(0, Travel(1), Outcome("arrived", 1))
     assert world.agent_box[0] == -1
     assert world.graspable(1, 0, world.level(1), 3)
