@@ -107,7 +107,7 @@ class BoxWorth(Marks):
     def _credit(self, hole: int, agent: int) -> None:
         """Raises B of the boxes in a hole that an agent has crossed, from bottom to top."""
         # A box that shares the crosser's node is being pushed over the hole, not crossed.
-        pushed, stack = self._world.agent_box[agent], self._world.stacks.get(self._world.hole_node(hole), ())
+        pushed, stack = self._world.agent_box[agent], self._world.stacks.get(self._world.hole_node[hole], ())
         crossed_on = [box for box in stack if box != pushed]
         if not self._whole_stack:
             crossed_on = crossed_on[-1:]

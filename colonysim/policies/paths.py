@@ -1,4 +1,4 @@
-"""Ways within what an agent sees: to the nearest box, and for a box to a hole, the shortest or a likely one."""
+"""The way of a box to a hole, and how likely its pushes are to succeed."""
 
 from __future__ import annotations
 
@@ -7,26 +7,14 @@ import math
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Sequence
 
     from colonysim.policies.view import LocalView
 
-__all__ = ["Way", "likely_way", "nearest_box", "way_to_hole"]
+__all__ = ["Way", "likely_way"]
 
 Way: TypeAlias = tuple[int, ...]
 """The nodes to push a box over, its own first; empty for no way."""
-
-
-def nearest_box(view: LocalView, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
-    """`LocalView.nearest_box`: the box and the first node on the way to it, or None (paper Algorithm 4)."""
-    return view.nearest_box(shunned, barred)
-
-
-def way_to_hole(
-    view: LocalView, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
-) -> Way:
-    """`LocalView.way_to_hole`: the shortest way over which a visible box could be pushed into a visible hole."""
-    return view.way_to_hole(box, hole, barred, avoided)
 
 
 def likely_way(
@@ -61,7 +49,7 @@ def likely_way(
             return way
         weakest = min(range(len(chances)), key=chances.__getitem__)
         avoided.add((way[weakest], way[weakest + 1]))
-        way = way_to_hole(view, box, hole, barred, avoided) if hole >= 0 else ()
+        way = view.way_to_hole(box, hole, barred, avoided) if hole >= 0 else ()
     return ()
 
 

@@ -152,7 +152,7 @@ class Stigmergy(Decider):
             carried = self._carry(view, memory)
             if carried is not None:
                 return carried
-            dropped = memory.box if view.held() == memory.box else -1
+            dropped = memory.box if view.held_box == memory.box else -1
             memory = new_memory(memory.epsilon, -1, -1, (), -1, dropped, view.node, memory.vain)
         return self._choose(view, memory, draw)
 
@@ -161,7 +161,7 @@ class Stigmergy(Decider):
     def _carry(self, view: LocalView, memory: Memory) -> Decision | None:
         """The next push of the box the agent is committed to, a wait, or None to give it up."""
         box, hole = memory.box, memory.hole
-        if view.held() != box or 0 <= self._tries <= view.failures:
+        if view.held_box != box or 0 <= self._tries <= view.failures:
             return None
         way = self._way(view, box, hole, memory.way)
         if way and view.foresees:
@@ -173,7 +173,7 @@ class Stigmergy(Decider):
             vain = memory.vain if len(way) > 2 else 0
             memory = new_memory(memory.epsilon, box, hole, way, -1, -1, -1, vain)
         node = way[1]
-        if not view.foresees and view.chance(box, node) < self._least:
+        if not view.foresees and view.feasible(box, (node,))[0] < self._least:
             return None
         decision = new_decision(memory)
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
@@ -211,9 +211,9 @@ class Stigmergy(Decider):
         if count < 0:
             count = view.pushes_into(box, self._goal, self._pushes)
         trail, pushes = view.h, self._pushes
-        best, best_scent = -1, trail._read(at, hole)
+        best, best_scent = -1, trail.read(at, hole)
         for i in range(count):
-            scent = trail._read(pushes[i], hole)
+            scent = trail.read(pushes[i], hole)
             if scent > best_scent:
                 best, best_scent = pushes[i], scent
         return (at, best) if best >= 0 else ()
@@ -269,7 +269,7 @@ class Stigmergy(Decider):
             marked[holes[i]] = 1
         trail = view.h
         for i in range(pushable):
-            count = trail._gather(self._pushes[i], holes, count, marked)
+            count = trail.gather(self._pushes[i], holes, count, marked)
         if memory.sought == box and not marked[memory.hole]:
             holes[count], marked[memory.hole] = memory.hole, 1
             count += 1
@@ -325,7 +325,7 @@ class Stigmergy(Decider):
             return self._follow_distance(view, memory, draw, count)
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding._read(nodes[i])
+            values[i] = -crowding.read(nodes[i])
         weigh(values, count, self._beta)
         chosen = pick(values, count, draw())
         decision = new_decision(memory)
@@ -365,7 +365,7 @@ class Stigmergy(Decider):
         if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box):
             for i in range(view.pushes_into(box, self._goal, pushes)):
                 j = pushes[i]
-                if self._allowed(view, j) and view.chance(box, j) >= self._least:
+                if self._allowed(view, j) and view.feasible(box, (j,))[0] >= self._least:
                     nodes[count], boxes[count] = j, box
                     count += 1
         decision = new_decision(memory)
@@ -374,7 +374,7 @@ class Stigmergy(Decider):
             return decision
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding._read(nodes[i])
+            values[i] = -crowding.read(nodes[i])
         weigh(values, count, self._beta)
         i = pick(values, count, draw())
         decision.node, decision.box, decision.explored = nodes[i], boxes[i], True
@@ -407,15 +407,15 @@ class Stigmergy(Decider):
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
         if not some:
             return self._look_about(view, memory, draw, count)
-        box = view.find_box(memory.shunned, self._goal)
+        box, first = view.find_box(memory.shunned, self._goal)
         useless: list[int] = []
         found: list[tuple[int, Way]] = []
         past = False
         while True:
             if box >= 0:
-                if view.first != view.node and not self._allowed(view, view.first):
+                if first != view.node and not self._allowed(view, first):
                     break
-                found = self._targets(view, memory, box, view.first)
+                found = self._targets(view, memory, box, first)
                 if found:
                     break
                 useless.append(box)
@@ -425,10 +425,9 @@ class Stigmergy(Decider):
                 past = True
             if not self._look_on or not view.open_hole_in_sight():
                 break
-            box = view.find_box(memory.shunned, self._goal, useless, past)
+            box, first = view.find_box(memory.shunned, self._goal, useless, past)
         if not found:
             return self._look_about(view, memory, draw, count)
-        first = view.first
         worth, worths, chosen = view.b, self._worths, 0
         if len(found) > 1:
             for i, (hole, _) in enumerate(found):
@@ -466,13 +465,13 @@ class Stigmergy(Decider):
         nodes, boxes, values, options = self._nodes, self._boxes, self._values, count
         nearness = view.d
         for i in range(options):
-            boxes[i], values[i] = -1, nearness._read(nodes[i])
+            boxes[i], values[i] = -1, nearness.read(nodes[i])
         if box >= 0:
             nodes[count], boxes[count], values[count] = towards, box, worth
             count += 1
         elif self._step_past and self._shut_in(view, options):
             for node, beside in self._boxes_to_pass(view, memory).items():
-                nodes[count], boxes[count], values[count] = node, beside, nearness._read(node)
+                nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
                 count += 1
         if count == 0:
             decision = new_decision(memory)

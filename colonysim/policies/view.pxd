@@ -18,15 +18,15 @@ cdef class FieldWindow:
     @cython.locals(node=int)
     cpdef list values(self, nodes)
     cpdef keys(self, int node)
-    cpdef double _read(self, int node, int key=*) except? -1
-    cpdef int _gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
+    cpdef double read(self, int node, int key=*) except? -1
+    cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
     cdef int _check(self, int node) except -1
 
 
 cdef class LocalView:
     cdef public World _world
     cdef public object _backend, _feasible_way, refused
-    cdef public int agent, node, failures, first
+    cdef public int agent, node, held_box, failures
     cdef public double radius, edge_seconds, waited
     cdef public dict fields
     cdef public bint foresees
@@ -51,14 +51,11 @@ cdef class LocalView:
     cpdef list boxes(self)
     @cython.locals(node=int)
     cpdef int box_node(self, int box) except? -1
-    @cython.locals(world=World)
-    cpdef int held(self)
-    @cython.locals(world=World, way=int)
     cpdef bint box_at_hand(self) except? -1
     @cython.locals(world=World)
     cpdef bint box_in_sight(self) except? -1
     cpdef int top_box(self, int node) except? -2
-    @cython.locals(world=World, count=int, way=int, j=int)
+    @cython.locals(world=World, terrain=Terrain, count=int, edge=int, j=int)
     cpdef int boxes_beside(self, int[::1] found) except -1
     cpdef double box_height(self, int box) except? -1
     cpdef bint on_top(self, int box) except? -1
@@ -74,17 +71,16 @@ cdef class LocalView:
     @cython.locals(world=World)
     cpdef bint sees_hole(self, int hole) except -1
     cpdef bint hole_near(self, int hole, int node) except? -1
-    @cython.locals(world=World)
     cpdef double headroom(self, int hole) except? -1
     cdef int _hole(self, int hole) except -1
-    @cython.locals(base=double, world=World)
+    @cython.locals(world=World)
     cpdef bint can_slide(self, int box, int i, int j) except? -1
-    @cython.locals(base=double, world=World)
+    @cython.locals(world=World)
     cpdef bint can_follow(self, int box, int i, int j) except? -1
     cpdef list pushes(self, int box, int barred=*)
     cpdef int pushes_into(self, int box, int barred, int[::1] found) except -1
-    @cython.locals(world=World, sight=Sight, box=int)
-    cpdef int find_box(self, int shunned, int barred, others=*, bint past=*) except? -2
-    cpdef double chance(self, int box, int node) except? -1
+    @cython.locals(world=World, level=double)
+    cpdef (int, int) find_box(self, int shunned, int barred, others=*, bint past=*) except *
+    cpdef feasible(self, int box, targets)
     cpdef nearest_box(self, shunned=*, int barred=*)
     cpdef tuple way_to_hole(self, int box, int hole, int barred=*, avoided=*)

@@ -10,7 +10,6 @@ cdef double DIAGONAL, SHORT
 cdef class Sight:
     cdef int size, centre, at, within, waiting
     cdef Near surroundings
-    cdef readonly int step
     cdef long long look, search
     cdef double shortest
     cdef Terrain terrain
@@ -46,9 +45,9 @@ cdef class Sight:
         search="long long", top="int[::1]", wanted="long long[::1]", left=int, k=int, at=int, box=int, claim=int, queue="int[::1]", room=int, head=int, tail=int,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, way=int, j=int, through=double, step=int,
     )
-    cpdef int nearest_box(
+    cpdef (int, int) nearest_box(
         self, int agent, int node, double level, int shunned, int barred, others=*, bint past=*
-    ) except? -2
+    ) except *
     @cython.locals(box=int, claim=int)
     cdef bint takes(self, int agent, double level, int way) except? -1
     @cython.locals(base=double, way=int, i=int, here=double, box=int)

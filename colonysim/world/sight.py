@@ -47,7 +47,7 @@ class Sight:
         most = self.surroundings.most + topology.most_neighbours
         # Where we look from, and what is seen from there: first the nodes within the radius, those in `near` from `at`
         # on, then other neighbours.
-        self.centre, self.look, self.at, self.within, self.step = -1, 0, 0, 0, -1
+        self.centre, self.look, self.at, self.within = -1, 0, 0, 0
         self.scratch, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
         self.found = array("i", bytes(4 * most))
         self.near = self.surroundings.nodes if self.surroundings.kept else self.scratch
@@ -202,7 +202,7 @@ class Sight:
         barred: int,
         others: Collection[int] = (),
         past: bool = False,
-    ) -> int:
+    ) -> tuple[int, int]:
         """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
 
         Of ways of one length that to the node of the lower number goes first, of these the one with the lower first
@@ -218,7 +218,8 @@ class Sight:
             past: Whether ways may lead past boxes that the agent could take hold of: over their nodes.
 
         Returns:
-            The box, or -1. The first node on the way to it is then in `step`: its own if it is adjacent or underfoot.
+            The box and the first node on the way to it, which is the box's own if it is adjacent or underfoot; or
+            twice -1.
         """
         self.turn(node)
         self.search += 1
@@ -238,10 +239,9 @@ class Sight:
                     wanted[at] = 0
                     left -= 1
         if left == 0:
-            return -1
+            return -1, -1
         if wanted[node] == search and self.terrain.is_level(self.box_base[top[node]] - level):
-            self.step = node
-            return top[node]
+            return top[node], node
         best, best_node, best_first = 0.0, -1, -1
         # First come, first served, and again whenever a better way has come up: with the few nodes in sight, mostly
         # at equal distances, that is faster than a heap.
@@ -285,8 +285,7 @@ class Sight:
                     if self.done[j] != search:
                         self.done[j], queue[tail] = search, j
                         tail = tail + 1 if tail + 1 < room else 0
-        self.step = best_first
-        return -1 if best_node < 0 else top[best_node]
+        return (-1 if best_node < 0 else top[best_node]), best_first
 
     def takes(self, agent: int, level: float, way: int) -> bool:
         """Whether an agent that stands at height `level` could take hold of the box on top at the end of a way."""
