@@ -1,7 +1,7 @@
 # The types of view.py when it is compiled.
 cimport cython
 from colonysim.pheromones.marks cimport Marks
-from colonysim.world.sight cimport Sight
+from colonysim.world.visibility cimport Visibility
 from colonysim.world.state cimport World
 from colonysim.world.terrain cimport Terrain
 
@@ -37,7 +37,7 @@ cdef class LocalView:
     cpdef bint sees(self, int node)
     cdef int _look_at(self, int node) except -1
     cpdef bint beside_box(self, int node) except? -1
-    @cython.locals(sight=Sight)
+    @cython.locals(visibility=Visibility)
     cpdef tuple around(self)
     cpdef bint passable(self, int neighbour) except? -1
     cpdef bint occupied(self, int node) except? -1
@@ -63,9 +63,9 @@ cdef class LocalView:
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
     cpdef bint hole_in_sight(self) except? -1
-    @cython.locals(world=World, sight=Sight, reach=double, near=int, k=int, hole=int)
+    @cython.locals(world=World, visibility=Visibility, reach=double, near=int, k=int, hole=int)
     cpdef bint open_hole_in_sight(self) except? -1
-    @cython.locals(sight=Sight, count=int, near=int, k=int, hole=int)
+    @cython.locals(visibility=Visibility, count=int, near=int, k=int, hole=int)
     cpdef int holes_into(self, int[::1] found, int centre) except -1
     cpdef int hole_node(self, int hole) except? -1
     @cython.locals(world=World)

@@ -428,11 +428,11 @@ class Episode:
             why = f"it has decided {DECISIONS} times to wait, and no time has passed: {wait}"
             raise PluginError(f"policy {self.policy.name!r}, agent {agent} at {self.now:g} s: {why}")
         if wait is None:
-            sight = world.sight()
-            count = sight.around(world.agent_node[agent])
-            self.waiting.begin_at(agent, sight.found, count)
+            visibility = world.visibility()
+            count = visibility.around(world.agent_node[agent])
+            self.waiting.begin_at(agent, visibility.found, count)
             if rows.kept or rows.hears_waits:
-                nodes = (min(sight.found[:count], default=-1),)
+                nodes = (min(visibility.found[:count], default=-1),)
             self._note_wait(agent, nodes)
         else:
             self._note_wait(agent, wait.nodes)

@@ -1,6 +1,6 @@
 # The types of state.py when it is compiled.
 cimport cython
-from colonysim.world.sight cimport Sight
+from colonysim.world.visibility cimport Visibility
 from colonysim.world.terrain cimport Terrain
 
 
@@ -12,7 +12,7 @@ cdef class World:
     cdef readonly dict stacks, clear_requests, edge_holder
     cdef readonly Terrain terrain
     cdef int _goal
-    cdef Sight _sight
+    cdef Visibility _visibility
     cdef int _requests
     cdef int[::1] _requests_near
 
@@ -24,7 +24,7 @@ cdef class World:
     @cython.locals(edge=int)
     cpdef bint passable(self, double level, int i, int j) except? -1
     @cython.locals(terrain=Terrain, edge=int, found=list)
-    cpdef list ways(self, double level, int node)
+    cpdef list reachable_neighbours(self, double level, int node)
     @cython.locals(node=int, level=double, terrain=Terrain, count=int, edge=int, j=int)
     cpdef int exits(self, int agent, int[::1] found) except -1
     cpdef bint adjacent(self, int i, int j) except? -1
@@ -48,7 +48,7 @@ cdef class World:
     cpdef bint free(self, int agent, int node)
     @cython.locals(occupant=int)
     cpdef bint occupied_by_another(self, int agent, int node) except? -1
-    cpdef Sight sight(self)
+    cpdef Visibility visibility(self)
     cpdef list boxes_near(self, int node)
     cpdef tuple holes_near(self, int node)
     @cython.locals(terrain=Terrain, edge=int)

@@ -1,4 +1,8 @@
-"""The state of an episode and the rules of the place. One door for change: `World.apply` and the calls around it."""
+"""The world: the state of an episode (agents, boxes, reservations) and the rules by which it may change.
+
+Outcomes are written by `World.apply` and `World.arrive`, reservations, claims and requests by the methods beside them;
+nothing else changes the state.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,8 @@ from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.world.intents import Push
-from colonysim.world.sight import Sight
 from colonysim.world.terrain import Terrain
+from colonysim.world.visibility import Visibility
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["BARRED", "AgentStatus", "Place", "World", "nodes_of"]
 
 BARRED = ("no such move", "unreachable", "no such box", "out of reach", "cannot be pushed")
-"""Why the place does not allow a move, see `World.prospect`."""
+"""The reasons why the rules of the place forbid a move, by the index that `World.prospect` returns."""
 
 Place: TypeAlias = int | tuple[int, int]
 """What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
@@ -78,7 +82,7 @@ class World:
     """
 
     __slots__ = (
-        "_goal", "_requests", "_requests_near", "_sight", "agent_box", "agent_from", "agent_node", "agent_status",
+        "_goal", "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
         "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "floor",
         "hole_at", "hole_node", "node_holder", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
         "terrain", "top", "topology",
@@ -96,7 +100,7 @@ class World:
         self.survey()
         self.surface = array("d", scenario.topology.z)
         self.terrain = Terrain(scenario, self.surface)
-        self._sight: Sight | None = None
+        self._visibility: Visibility | None = None
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.top, self.occupant, self.node_holder = (array("i", [-1]) * size for _ in range(3))
         self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
@@ -113,15 +117,12 @@ class World:
         self.reset()
 
     def survey(self) -> None:
-        """Takes the heights of the place and the rims of its holes from the scenario: once, for they do not change.
-
-        Whoever does change them, to see what depends on them, calls it again.
-        """
+        """Copies the heights of nodes and rims from the scenario; to be called again if these are changed."""
         self.floor = array("d", self.scenario.topology.z)
         self.rim = array("d", [hole.rim for hole in self.scenario.holes])
 
     def reset(self) -> None:
-        """Puts everything where the scenario says it starts."""
+        """Puts agents and boxes where they start, and ends all claims, reservations and requests."""
         scenario = self.scenario
         self.surface[:] = self.floor
         for node in range(len(self.top)):
@@ -166,7 +167,7 @@ class World:
         return self.agent_node[agent] == self._goal and self.agent_box[agent] < 0
 
     def passable(self, level: float, i: int, j: int) -> bool:
-        """Whether somebody standing at height `level` on `i` can travel to its neighbour `j`.
+        """Whether an agent standing at height `level` on `i` can travel to `j`; False if no edge leads there.
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
@@ -177,7 +178,7 @@ class World:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
         return self.passable(self.surface[i], i, j)
 
-    def ways(self, level: float, node: int) -> list[tuple[int, float]]:
+    def reachable_neighbours(self, level: float, node: int) -> list[tuple[int, float]]:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
         found, terrain = [], self.terrain
         for edge in range(terrain.first[node], terrain.first[node + 1]):
@@ -203,7 +204,7 @@ class World:
         return self.terrain.edge(i, j) >= 0
 
     def beside_box(self, node: int, other: int) -> bool:
-        """Whether `other` is next to a box that stands next to `node`."""
+        """Whether there is a box on a node that is a neighbour of both `node` and `other`."""
         if not 0 <= other < len(self.top):
             return False
         terrain = self.terrain
@@ -263,15 +264,17 @@ class World:
         return edge >= 0 and self.terrain.falls(base, edge)
 
     def prospect(self, agent: int, node: int, box: int) -> int:
-        """Where `agent` would stand after it has gone to a node beside it: the node, or its own after a box that falls.
+        """The node where `agent` would stand after a move that succeeds, or why the rules of the place forbid the move.
 
         Args:
-            agent: Who.
-            node: Where it goes, or where a box goes that it pushes.
-            box: The box that it pushes from its own node, or whose node it steps to; -1 to travel.
+            agent: The agent that moves.
+            node: The neighbouring node that it travels to, or pushes the box to.
+            box: The box that it pushes from its own node, or that it takes hold of by stepping to the box's node; -1 to
+                travel.
 
         Returns:
-            The node, or a negative number if the place does not allow it: -1 less the index of the reason in `BARRED`.
+            `node`, or the agent's own node if the box drops there and its pusher stays behind. If the move is
+            forbidden, -1 less the index of the reason in `BARRED`.
         """
         at, terrain = self.agent_node[agent], self.terrain
         edge = terrain.edge(at, node)
@@ -298,12 +301,12 @@ class World:
         occupant = self.occupant[node]
         return occupant != -1 and occupant != agent
 
-    def sight(self) -> Sight:
-        """What can be seen from a node; made when first asked for."""
-        if self._sight is None:
-            self._sight = Sight(self.scenario)
-            self._sight.bind(self)
-        return self._sight
+    def visibility(self) -> Visibility:
+        """The index of what is visible from each node; made when first asked for."""
+        if self._visibility is None:
+            self._visibility = Visibility(self.scenario)
+            self._visibility.bind(self)
+        return self._visibility
 
     def _check(self, node: int) -> None:
         if not 0 <= node < len(self.top):
@@ -316,12 +319,12 @@ class World:
             IndexError: There is no such node.
         """
         self._check(node)
-        return self.sight().boxes(node) if self.scenario.boxes else []
+        return self.visibility().boxes(node) if self.scenario.boxes else []
 
     def holes_near(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the detection radius of `node`, ascending."""
         self._check(node)
-        return self.sight().holes(node) if self.scenario.holes else ()
+        return self.visibility().holes(node) if self.scenario.holes else ()
 
     def seated(self) -> int:
         """How many boxes lie in a hole."""
@@ -341,6 +344,7 @@ class World:
         self._count_request(node, -1)
 
     def _count_request(self, node: int, more: int) -> None:
+        """Adds `more` (1 or -1) to the requests near a node and near each of its neighbours."""
         self._requests += more
         self._requests_near[node] += more
         terrain = self.terrain
@@ -348,7 +352,7 @@ class World:
             self._requests_near[terrain.ends[edge]] += more
 
     def requested_near(self, node: int) -> bool:
-        """Whether anybody may ask for a node or a neighbour of it; if not, none needs to be looked up."""
+        """Whether there may be a request for `node` or a neighbour of it; if not, none needs to be looked up."""
         return self._requests_near[node] > 0 or self._requests != len(self.clear_requests)
 
     # -- reservations ----------------------------------------------------------------------------------------------
@@ -393,6 +397,7 @@ class World:
         return nodes_of(self._free_held(agent))
 
     def _free_held(self, agent: int) -> tuple[Place, ...]:
+        """Gives up all that `agent` has reserved; returns it."""
         held = self.reserved[agent]
         if held:
             for place in held:
@@ -406,9 +411,14 @@ class World:
     # -- change ----------------------------------------------------------------------------------------------------
 
     def claim(self, agent: int, pushed: int) -> bool:
-        """Takes note that `agent` begins to push a box, or to travel if it is -1; returns whether it claims a box now.
+        """Records the claim of `agent`, which begins a move, and ends the one on any other box that it held.
 
-        Any other box that it held is let go.
+        Args:
+            agent: The agent.
+            pushed: The box that it begins to push or to take hold of, or -1 if it travels.
+
+        Returns:
+            Whether the claim on `pushed` is new.
         """
         claimed = pushed >= 0 and self.box_claim[pushed] != agent
         held = self.agent_box[agent]
@@ -444,15 +454,15 @@ class World:
         return changed
 
     def arrive(self, agent: int, node: int, box: int, to: int) -> None:
-        """`apply` for a move that came out as `prospect` says, on a node that alone was reserved for it.
+        """`apply` without an `Outcome`, for a move that ended as `prospect` said and had reserved its target only.
 
-        What changed lies on the node where the agent was and on the one it made for.
+        Something changes on two nodes only: the agent's origin and its target.
 
         Args:
-            agent: Who moved.
+            agent: The agent that moved.
             node: Where the agent is now.
-            box: The box that it pushed, or whose node it stepped to; -1 if it travelled.
-            to: Where that box is now.
+            box: The box that it pushed or took hold of; -1 if it travelled.
+            to: The node where that box is now.
         """
         origin = self.agent_node[agent]
         self._free_held(agent)
@@ -466,6 +476,7 @@ class World:
             self.agent_box[agent] = -1
 
     def _step(self, agent: int, node: int) -> None:
+        """Moves an agent to a node."""
         origin = self.agent_node[agent]
         if self.occupant[origin] == agent:
             self.occupant[origin] = -1
@@ -474,7 +485,7 @@ class World:
         self.agent_from[agent] = origin
 
     def _settle_push(self, agent: int, box: int, node: int, origin: int) -> None:
-        """After a push: do agent and box still share a node, and is the box still the agent's?"""
+        """Ends the claim of an agent that no longer shares a node with the box that it has pushed."""
         if self.box_node[box] == node:
             self.agent_box[agent] = box
         else:
@@ -484,6 +495,7 @@ class World:
                 self.agent_box[agent] = -1
 
     def _keep(self, agent: int, nodes: tuple[int, ...]) -> None:
+        """Reserves for an agent those of `nodes` that are free, see `Outcome.keeps`."""
         free = tuple(n for n in nodes if self.free(agent, n))
         for n in free:
             self.node_holder[n] = agent
@@ -510,6 +522,7 @@ class World:
             self.box_claim[box] = -1
 
     def _put_box(self, box: int, node: int) -> None:
+        """Puts a box that stands nowhere on top of whatever stands on a node."""
         stack = self.stacks.setdefault(node, [])
         self.box_base[box] = self.surface[node]
         stack.append(box)
@@ -535,7 +548,7 @@ class World:
         self._put_box(box, node)
 
     def _height(self, node: int) -> float:
-        """A node's surface, summed from the bottom each time, so that no rounding error piles up."""
+        """The height of a node's surface: floor plus boxes, summed anew so that no rounding error accumulates."""
         height = self.floor[node]
         stack = self.stacks.get(node)
         if stack is not None:
@@ -545,7 +558,7 @@ class World:
 
 
 def nodes_of(places: Iterable[Place]) -> list[int]:
-    """The nodes of some places, and those at the ends of edges among them."""
+    """All nodes among some places: the places that are nodes, and both ends of those that are edges."""
     nodes: list[int] = []
     for place in places:
         if isinstance(place, int):
