@@ -20,18 +20,18 @@ Way: TypeAlias = tuple[int, ...]
 def likely_way(
     view: LocalView, box: int, way: Way, planned: Way, least: float, hole: int = -1, barred: int = -1
 ) -> Way:
-    """A way whose pushes will, together, succeed with at least a given chance; empty if there is none.
+    """A way of a box all of whose pushes succeed with at least a given chance; empty if there is none.
 
-    A plan is kept while it is likely. Else it is the way given, or the next shortest once the least likely push of that
-    is left out, and so on; but never straight back to where the box has just come from. Pushes out of sight are not
-    asked about.
+    The planned way is kept as long as it is likely enough. Else the way given is tried, then the shortest one without
+    the least likely push of that, and so on; but none that begins with the push back to where the box has just come
+    from. The backend is asked about visible nodes only.
 
     Args:
         view: What the agent sees.
         box: The box.
-        way: The way that would be taken otherwise.
+        way: The way to try first.
         planned: The box's way as planned before, or empty.
-        least: The chance asked for.
+        least: The least chance of the whole way, 0 to 1.
         hole: The hole (key) to which other ways may be looked for, or -1.
         barred: A node that other ways may not lead over, or -1.
     """
@@ -54,12 +54,12 @@ def likely_way(
 
 
 def _chances(view: LocalView, box: int, way: Way) -> Sequence[float]:
-    """The chance of each push of a way as far as the agent sees it."""
+    """The chance, 0 to 1, of each push of a way between visible nodes."""
     return view.feasible_way(box, tuple(itertools.takewhile(view.sees, way)))
 
 
 def _is_open(view: LocalView, box: int, way: Way) -> bool:
-    """Whether the terrain lets a box follow a planned way as far as the agent sees it, and its pusher with it."""
+    """Whether the terrain allows all pushes of a way that are visible, and the pusher to stay level but at the last."""
     seen = tuple(itertools.takewhile(view.sees, way))
     last = len(way) - 2
     return len(seen) > 1 and all(
