@@ -54,8 +54,8 @@ HOT = (
     "colonysim/trace/block.pyx",
     "colonysim/trace/rows.py",
     "colonysim/trace/writer.py",
-    "colonysim/world/near.py",
-    "colonysim/world/sight.py",
+    "colonysim/world/neighbourhoods.py",
+    "colonysim/world/visibility.py",
     "colonysim/world/state.py",
     "colonysim/world/terrain.py",
 )

@@ -175,7 +175,7 @@ class Bullet:
             manoeuvre = self._drive(agent, self._beside(agent, intent.box), log)
         else:
             base = world.box_base[intent.box]
-            if world.top_box(at) != intent.box or not world.can_slide(base, at, intent.node):
+            if world.top[at] != intent.box or not world.can_slide(base, at, intent.node):
                 return Done(0.0, Outcome("blocked", at, reason="cannot be pushed"))
             self._pushes += 1
             task = self._task(intent.box, intent.node)

@@ -121,12 +121,12 @@ class NodeWorld(Motion):
         world = self._world
         if world is None:
             raise RuntimeError("the backend has not been reset")
-        at = world._agent_nodes[agent]
+        at = world.agent_node[agent]
         self.outcome, self.ends_at = None, world.prospect(agent, node, box)
         if self.ends_at < 0:
             self.outcome = blocked(at, self.ends_at)
             return 0.0
-        return self._seconds(agent, at, node, box >= 0 and world._box_nodes[box] == at)
+        return self._seconds(agent, at, node, box >= 0 and world.box_node[box] == at)
 
     def advance(self, now: float) -> Sequence[Finished]:
         """Nothing is ever pending."""

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 __all__ = ["BoxWorth"]
 
 PAIRS = 1 << 31
-"""No hole has a key like this: box and hole make one number."""
+"""Larger than any hole's key: a pair of box and hole is stored under the integer box * PAIRS + hole."""
 
 
 class BoxWorth(Marks):
-    """B of each pair of box and hole: lowered when the box is claimed, raised when somebody crosses on it.
+    """B of each pair of box and hole: lowered when the box is claimed, raised when an agent crosses the hole on it.
 
     Args:
         world: The world whose boxes are marked.
@@ -58,7 +58,7 @@ class BoxWorth(Marks):
         self._worth: dict[int, float] = {}  # by box times PAIRS plus hole
 
     def __deepcopy__(self, memo: dict[int, Any]) -> BoxWorth:
-        """The same worth in a copy of the world; the windows through which compiled code sees it stay behind."""
+        """The same values in a copy of the world; typed views of arrays cannot be copied as they are."""
         twin = BoxWorth(
             copy.deepcopy(self._world, memo),
             start=self._start,
@@ -94,11 +94,12 @@ class BoxWorth(Marks):
         return self._wrote
 
     def _set(self, box: int, hole: int, value: float) -> None:
+        """Stores B of a pair and adds it to what this `mark` has written."""
         self._worth[box * PAIRS + hole] = value
         self._note(box, hole, value)
 
     def _crossed(self, node: int, left: int, before: int) -> int:
-        """The hole that counts as crossed by who arrives on a node, or -1; see `Visit`."""
+        """The hole that an agent counts as having crossed when it arrives on `node`, or -1; arguments as in `Visit`."""
         crossed = node if self._on_entry else left
         if crossed < 0 or (not self._on_entry and node == before):
             return -1
@@ -107,7 +108,7 @@ class BoxWorth(Marks):
     def _credit(self, hole: int, agent: int) -> None:
         """Raises B of the boxes in a hole that an agent has crossed, from bottom to top."""
         # A box that shares the crosser's node is being pushed over the hole, not crossed.
-        pushed, stack = self._world.agent_box[agent], self._world.stacks.get(self._world.hole_node(hole), ())
+        pushed, stack = self._world.agent_box[agent], self._world.stacks.get(self._world.hole_node[hole], ())
         crossed_on = [box for box in stack if box != pushed]
         if not self._whole_stack:
             crossed_on = crossed_on[-1:]
@@ -116,7 +117,7 @@ class BoxWorth(Marks):
             self._set(box, hole, value if value < self._cap else self._cap)
 
     def end_episode(self) -> None:
-        """B outlives the episode: the same boxes will stand in the same places."""
+        """Changes nothing: B outlives the episode, as the same boxes will stand in the same places."""
 
     def frame(self) -> Iterable[Write]:
         """B of every pair that was ever touched."""
@@ -124,6 +125,6 @@ class BoxWorth(Marks):
         return [Write(box, key - 1, self._worth[pair]) for box, key, pair in pairs]
 
     def load(self, frame: Iterable[Write]) -> None:
-        """Takes over the worth of pairs."""
+        """Takes over B of pairs."""
         for box, hole, value in frame:
             self._worth[box * PAIRS + hole] = value

@@ -8,7 +8,7 @@ from colonysim.world.terrain cimport Terrain
 cdef double UNKNOWN
 
 @cython.locals(
-    first="int[::1]", ends="int[::1]", lengths="double[::1]", far="double[::1]", queue=list, d=double, i=int, way=int, j=int,
+    first="int[::1]", ends="int[::1]", lengths="double[::1]", far="double[::1]", queue=list, d=double, i=int, edge=int, j=int,
     through=double, greatest=double,
 )
 cpdef double _farthest(topology, int goal) except? -1

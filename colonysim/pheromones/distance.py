@@ -23,7 +23,7 @@ __all__ = ["Distance", "extent", "farthest"]
 
 
 UNKNOWN = float("inf")
-
+"""The distance of a node that no path has reached, graph units."""
 
 _STRAIGHT: WeakKeyDictionary[Topology, dict[int, array[float]]] = WeakKeyDictionary()
 _EXTENTS: WeakKeyDictionary[Topology, dict[int, float]] = WeakKeyDictionary()
@@ -38,7 +38,7 @@ def extent(world: World) -> float:
 
 
 def farthest(topology: Topology, goal: int) -> float:
-    """`extent` of a place with a goal, worked out once."""
+    """`extent` of a topology with a goal, graph units; computed once for each."""
     known = _EXTENTS.setdefault(topology, {})
     if goal not in known:
         known[goal] = _farthest(topology, goal)
@@ -46,6 +46,7 @@ def farthest(topology: Topology, goal: int) -> float:
 
 
 def _farthest(topology: Topology, goal: int) -> float:
+    """The length of the longest of all shortest paths from the goal, by Dijkstra's algorithm."""
     first, ends, lengths, _ = topology.edges
     far, queue = array("d", [UNKNOWN]) * len(topology), [(0.0, goal)]
     far[goal] = greatest = 0.0
@@ -54,8 +55,8 @@ def _farthest(topology: Topology, goal: int) -> float:
         if d > far[i]:
             continue
         greatest = d  # they come in order
-        for way in range(first[i], first[i + 1]):
-            j, through = ends[way], d + lengths[way]
+        for edge in range(first[i], first[i + 1]):
+            j, through = ends[edge], d + lengths[edge]
             if through < far[j]:
                 far[j] = through
                 heappush(queue, (through, j))
@@ -63,7 +64,7 @@ def _farthest(topology: Topology, goal: int) -> float:
 
 
 def straight(topology: Topology, goal: int) -> array[float]:
-    """The Euclidean distance of each node to the goal; not to be changed."""
+    """The Euclidean distance of each node to the goal, graph units; one array for all callers, not to be changed."""
     known = _STRAIGHT.setdefault(topology, {})
     if goal not in known:
         known[goal] = array("d", [topology.distance(i, goal) for i in range(len(topology))])
@@ -85,10 +86,10 @@ class Distance(Marks):
         at_start: Whether an agent deposits before its first step too.
 
     Attributes:
-        d: Distance of each node; its Euclidean distance to the goal until somebody has been there.
+        d: Distance of each node to the goal, graph units; the Euclidean one until an agent has been there.
         official: For each node 1 if its distance was found along a path from the goal, else 0.
-        visited: For each node 1 if somebody has left a mark there, else 0.
-        straight: The Euclidean distance of each node to the goal.
+        visited: For each node 1 if an agent has left a mark there, else 0.
+        straight: The Euclidean distance of each node to the goal, graph units.
         lrta: Whether the rule is "lrta".
         blank: Whether D of an unvisited node is 0.
     """
@@ -119,7 +120,7 @@ class Distance(Marks):
         self.visited = bytearray(len(topology))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Distance:
-        """The same distances in a copy of the world; the windows through which compiled code sees them stay behind."""
+        """The same distances in a copy of the world; typed views of arrays cannot be copied as they are."""
         twin = Distance(
             copy.deepcopy(self._world, memo),
             d_max=self.d_max,
@@ -155,6 +156,7 @@ class Distance(Marks):
         return self._wrote
 
     def _sweep(self, done: int) -> None:
+        """Updates all nodes but `done`, which has been updated."""
         surface = self._world.surface
         for node in range(len(surface)):
             if node != done:
@@ -164,6 +166,7 @@ class Distance(Marks):
                     self._note(node, -1, self.at(node))
 
     def _update(self, node: int, level: float) -> None:
+        """Algorithm 2 on one node, for an agent at height `level` on it."""
         terrain, d, official = self._world.terrain, self.d, self.official
         self.visited[node] = 1
         if node == self._goal:
@@ -184,18 +187,22 @@ class Distance(Marks):
         d[node] = value if value < UNKNOWN else self.straight[node]
 
     def end_episode(self) -> None:
-        """Distances outlive the episode: the place is the same."""
+        """Changes nothing: distances outlive the episode, as the place is the same."""
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""
         return [Write(node, -1, self.at(node)) for node in range(len(self.visited)) if self.visited[node]]
 
     def load(self, frame: Iterable[Write]) -> None:
-        """Takes over distances; a node whose d is not the straight one, or is that of a path, counts as official."""
+        """Takes over distances from values of D.
+
+        A node counts as official if its distance is not the Euclidean one, or is one edge more than that of an official
+        neighbour.
+        """
         topology = self._world.topology
         for node, _, value in sorted(frame, key=lambda write: -write.value):  # the nearest to the goal first
             self.visited[node] = 1
             far = self.d[node] = self.d_max - value
-            ways = zip(topology.neighbours[node], topology.lengths[node], strict=True)
-            along_path = any(self.official[j] and abs(self.d[j] + length - far) < 1e-9 for j, length in ways)
+            edges = zip(topology.neighbours[node], topology.lengths[node], strict=True)
+            along_path = any(self.official[j] and abs(self.d[j] + length - far) < 1e-9 for j, length in edges)
             self.official[node] = node == self._goal or along_path or abs(far - self.straight[node]) > 1e-9

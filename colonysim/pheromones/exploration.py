@@ -1,5 +1,5 @@
 # cython: initializedcheck=False
-"""The exploration pheromone E: how often a node was visited of late (paper Section 3.3.4, Algorithm 7)."""
+"""The exploration pheromone E: how often a node was visited recently (paper Section 3.3.4, Algorithm 7)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Exploration"]
 
-# Below this the lazily applied factor is folded into the stored values, long before it could underflow.
 SMALLEST_SCALE = 1e-100
+"""When `scale` falls below this, it is multiplied into the stored values, long before it could underflow."""
 
 
 class Exploration(Marks):
@@ -33,10 +33,10 @@ class Exploration(Marks):
         at_start: Whether an agent deposits before its first step too.
 
     Attributes:
-        stored: For each node what E is made of: E = stored * scale - shift.
-        visited: For each node 1 if somebody has left a mark that still counts, else 0.
-        scale: What has evaporated since.
-        shift: What has been subtracted since.
+        stored: One value for each node, from which E = stored * scale - shift.
+        visited: For each node 1 if an agent has left a mark that still counts, else 0.
+        scale: Product of all evaporation factors so far.
+        shift: What has been subtracted from all values so far.
     """
 
     name = "E"
@@ -53,7 +53,7 @@ class Exploration(Marks):
         self.shift = 0.0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Exploration:
-        """The same values in a copy of the world; the windows through which compiled code sees them stay behind."""
+        """The same values in a copy of the world; typed views of arrays cannot be copied as they are."""
         world = copy.deepcopy(self._world, memo)
         twin = Exploration(world, evaporation=self._keep, on_wait=self._on_wait, at_start=self._at_start)
         twin.stored, twin.visited = array("d", self.stored), bytearray(self.visited)

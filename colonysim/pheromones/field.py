@@ -1,4 +1,4 @@
-"""What a pheromone field is, and the moments at which an agent may deposit."""
+"""The protocol of pheromone fields, and the visits at which agents deposit."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from typing import Literal, NamedTuple, Protocol, TypeAlias
 __all__ = ["Field", "Moment", "Visit", "Write"]
 
 Moment: TypeAlias = Literal["start", "arrive", "wait", "claim"]
+"""When an agent may deposit, see `Visit`."""
 
 
 @dataclass
 class Visit:
-    """An agent standing on a node at a moment when it may leave marks; reused from one visit to the next.
+    """An agent that stands on a node and may leave marks there; one object, reused for every visit.
 
     Attributes:
         moment: "start" of the episode, "arrive" (a step has ended), "wait", or "claim" (it takes hold of a box).
-        agent: Which agent.
+        agent: The agent.
         node: Where it stands.
-        level: The height it stands at.
+        level: The height it stands at, graph units.
         box: The box just claimed (moment "claim"), else -1.
         hole: The hole (key) which that box is meant for, else -1.
         left: The node it has just left ("arrive"), else -1.

@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 
 __all__ = ["HoleTrail"]
 
-# exp(-700) is the smallest trail that a float can still show; farther than that there is none.
 FARTHEST = 700.0
+"""The largest -ln H of a trail: exp(-700) is about the smallest positive float; beyond it H is 0."""
 NOWHERE = float("inf")
+"""-ln H where there is no trail."""
 SMALLEST = 1024
-"""Room for trails at first."""
+"""Number of trails for which there is room at first."""
 
 
 class HoleTrail(Marks):
@@ -54,20 +55,20 @@ class HoleTrail(Marks):
         self._keep = evaporation
         self._printed = rule == "min"
         self._everywhere = everywhere
-        # The trails of a node lie together, in the order in which they came: `room` places from `start` on, of which
-        # `count` are taken by a hole and -ln H less what evaporated.
+        # The trails of a node lie together in `_holes` (the hole's key) and `_fars` (-ln H less `_aged`), in the order
+        # in which they came: at the indices from `_start` on, where `_room` have room and `_count` are taken.
         size = len(world.topology)
         self._start, self._count, self._room = (array("i", bytes(4 * size)) for _ in range(3))
         self._used, self._holes, self._fars = 0, array("i", bytes(4 * SMALLEST)), array("d", bytes(8 * SMALLEST))
         self._aged = 0.0
-        # For an update: by hole the least, FARTHEST where there is none, and where it stands at the node; and the holes
-        # that have something.
+        # Scratch arrays of an update. For each hole: the least -ln H so far, FARTHEST if there is none, and the index
+        # of the node's own trail, counted from its `_start`, -1 if it has none. `_found`: the holes that have a value.
         holes = len(world.scenario.holes)
         self._best, self._place = array("d", [FARTHEST]) * holes, array("i", [-1]) * holes
         self._found, self._any = array("i", [0]) * holes, holes > 0
 
     def __deepcopy__(self, memo: dict[int, Any]) -> HoleTrail:
-        """The same trails in a copy of the world; the windows through which compiled code sees them stay behind."""
+        """The same trails in a copy of the world; typed views of arrays cannot be copied as they are."""
         rule: Literal["max", "min"] = "min" if self._printed else "max"
         world = copy.deepcopy(self._world, memo)
         twin = HoleTrail(world, evaporation=self._keep, rule=rule, everywhere=self._everywhere)
@@ -84,7 +85,7 @@ class HoleTrail(Marks):
         return exp(-far) if far < FARTHEST else 0.0
 
     def farness(self, node: int, hole: int) -> float:
-        """-ln H: comparisons on it need no exponential, so they are the same on every processor."""
+        """-ln H of a hole at a node; comparing it needs no exponential and gives the same result on every processor."""
         if not 0 <= node < len(self._start):
             return NOWHERE
         start = self._start[node]
@@ -106,7 +107,7 @@ class HoleTrail(Marks):
         return found
 
     def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
-        """Writes the holes of `keys` into `found` in the order in which they came, see `Marks`."""
+        """See `Marks.gather`; here the keys come in the order in which the trails were first written."""
         if not 0 <= node < len(self._start):
             return count
         start = self._start[node]
@@ -133,22 +134,23 @@ class HoleTrail(Marks):
         return self._wrote
 
     def value(self, i: int) -> float:
-        """H of the i-th trail that was written: of most nobody asks."""
+        """H of the i-th trail that the last `mark` wrote, computed only when asked for."""
         return exp(-self._values[i])
 
     def _update(self, node: int, level: float) -> None:
+        """Algorithm 5 on one node, for an agent at height `level` on it, by the rule that was chosen."""
         if self._printed:
             self._update_as_printed(node, level)
         else:
             self._update_max(node, level)
 
     def _update_max(self, node: int, level: float) -> None:
-        """The rule "max" on one node."""
-        sight, terrain, aged = self._world.sight(), self._world.terrain, self._aged
+        """The rule "max": each trail becomes the larger of its H and exp(-edge) times that of reachable neighbours."""
+        visibility, terrain, aged = self._world.visibility(), self._world.terrain, self._aged
         best, found, place, count = self._best, self._found, self._place, 0
-        near = sight.look_for_holes(node)
-        for k in range(sight.holes_at, sight.holes_at + near):
-            hole = sight.hole_keys[k]
+        near = visibility.find_holes(node)
+        for k in range(visibility.holes_start, visibility.holes_start + near):
+            hole = visibility.hole_keys[k]
             best[hole], found[count] = 0.0, hole
             count += 1
         for edge in range(terrain.first[node], terrain.first[node + 1]):
@@ -180,7 +182,7 @@ class HoleTrail(Marks):
             place[self._holes[k]] = -1
 
     def _append(self, node: int, hole: int, far: float) -> None:
-        """One trail more at a node; where there is no place left beside its others they move to the end."""
+        """Adds a trail to a node; if there is no room beside its others, all of them move to the end of the arrays."""
         start, count = self._start[node], self._count[node]
         if count == self._room[node]:
             room = max(4, 2 * count)
@@ -197,12 +199,15 @@ class HoleTrail(Marks):
         self._count[node] = count + 1
 
     def _update_as_printed(self, node: int, level: float) -> None:
-        """The minimum over the neighbours, the exponent's sign mended; a neighbour without a trail counts 0."""
+        """The rule "min": each trail becomes the smallest of exp(-edge) times H over all reachable neighbours.
+
+        The sign of the printed exponent is corrected. A neighbour without a trail has H = 0.
+        """
         world = self._world
-        ways = world.ways(level, node)
+        neighbours = world.reachable_neighbours(level, node)
         trails = self._trails(node)
         for hole in range(len(world.scenario.holes)):
-            far = max((self.farness(j, hole) + length for j, length in ways), default=float("inf"))
+            far = max((self.farness(j, hole) + length for j, length in neighbours), default=float("inf"))
             if far < FARTHEST:
                 trails[hole] = far - self._aged
                 self._note(node, hole, far)
@@ -211,16 +216,18 @@ class HoleTrail(Marks):
         self._replace(node, trails)
 
     def _trails(self, node: int) -> dict[int, float]:
+        """The trails of a node: for each hole -ln H less `_aged`."""
         start, end = self._start[node], self._start[node] + self._count[node]
         return dict(zip(self._holes[start:end], self._fars[start:end], strict=True))
 
     def _replace(self, node: int, trails: Mapping[int, float]) -> None:
+        """Gives a node these trails instead of its own."""
         self._count[node] = 0
         for hole, far in trails.items():
             self._append(node, hole, far)
 
     def end_episode(self) -> None:
-        """Evaporates every trail, or resets it."""
+        """Evaporates every trail by adding to all -ln H at once, or removes them all."""
         if self._keep <= 0.0:
             self._count = array("i", bytes(4 * len(self._count)))
             self._aged = 0.0

@@ -1,5 +1,5 @@
 # cython: initializedcheck=False
-"""What the fields of this package have in common: the simulation calls them without making objects of numbers."""
+"""The base class of fields in this package: values are written into typed arrays instead of `Write` objects."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ __all__ = ["Marks", "gather_keys"]
 
 
 class Marks:
-    """A field as the simulation calls it: `mark` is `Field.deposit`; `place`, `key`, `value` tell what it wrote.
+    """A field as the simulation calls it: `mark` does what `Field.deposit` does, and returns only a count.
 
-    See `Field` for what the rest of a field does. A field of this package derives from this class; one that does not
-    is called through an adapter that does (`simulation/foreign`).
+    The values that it wrote are read by index with `place`, `key` and `value`; the other methods are those of `Field`.
+    A field of this package derives from this class; any other is called through an adapter that does
+    (`simulation/foreign`).
     """
 
     name = ""
@@ -39,18 +40,25 @@ class Marks:
         raise NotImplementedError
 
     def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
-        """Writes `keys` into `found`, behind the first `count`, but for those marked; marks them.
+        """Writes the keys at a node that are not marked into `found` and marks them.
 
-        Returns how many there are now.
+        Args:
+            node: The node.
+            found: Has room for all keys; its first `count` are taken.
+            count: How many keys stand in `found` already.
+            marked: For each key 1 if it is to be left out.
+
+        Returns:
+            How many keys stand in `found` then.
         """
         return gather_keys(self.keys(node), found, count, marked)
 
     def mark(self, visit: Visit) -> int:
-        """Lets an agent leave its marks; returns how many values that wrote."""
+        """Lets an agent leave its marks; returns the number of values written."""
         raise NotImplementedError
 
     def deposit(self, visit: Visit) -> Sequence[Write]:
-        """`mark`, with what it wrote as objects."""
+        """`mark`, returning the values that it wrote."""
         return tuple([Write(self.place(i), self.key(i), self.value(i)) for i in range(self.mark(visit))])
 
     def place(self, i: int) -> int:
@@ -58,11 +66,11 @@ class Marks:
         return self._places[i]
 
     def key(self, i: int) -> int:
-        """Its key, or -1."""
+        """The key of that value (a hole), or -1."""
         return self._keys[i]
 
     def value(self, i: int) -> float:
-        """The value itself."""
+        """The i-th value that the last `mark` wrote."""
         return self._values[i]
 
     def end_episode(self) -> None:
@@ -78,7 +86,7 @@ class Marks:
         raise NotImplementedError
 
     def _note(self, place: int, key: int, value: float) -> None:
-        """Adds a value to those that this `mark` has written; each begins with `_wrote` at 0."""
+        """Adds a value to those that this `mark` has written; every `mark` begins with `_wrote` = 0."""
         i = self._wrote
         if i == len(self._places):
             # Not in place: compiled code looks at the old arrays.
@@ -89,7 +97,7 @@ class Marks:
 
 
 def gather_keys(keys: Iterable[int], found: array[int], count: int, marked: bytearray) -> int:
-    """Writes keys into `found`, behind the first `count`, but for those marked and those of no hole; marks them."""
+    """`Marks.gather` for given keys; one that is no hole's is left out."""
     for key in keys:
         if 0 <= key < len(marked) and not marked[key]:
             marked[key], found[count] = 1, key

@@ -1,5 +1,5 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False
-"""Choosing by chance: softmax and sampling that give the same bits on every machine."""
+"""Random choice: softmax and sampling whose results are the same, bit for bit, on every machine."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
         beta: The Boltzmann constant: 0 gives equal chances, large values the maximum.
 
     Raises:
-        ColonysimError: One of them is no number.
+        ColonysimError: One of them is NaN.
+        ValueError: There are no values.
     """
     chances = array("d", values)
     if not chances:
@@ -34,12 +35,12 @@ def softmax(values: Sequence[float], beta: float = 1.0) -> list[float]:
 
 
 def sample(probabilities: Sequence[float], random: random.Random) -> int:
-    """The index of one of the probabilities, drawn with one number of the stream."""
+    """An index drawn with the given probabilities, by one draw from the stream."""
     return pick(array("d", probabilities), len(probabilities), random.random())
 
 
 def weigh(values: array[float], count: int, beta: float) -> None:
-    """`softmax` in place, of the first `count` values."""
+    """`softmax` in place: replaces the first `count` values by their probabilities."""
     top, numbers = values[0], beta == beta
     for i in range(1, count):
         if (values[i] > top) if beta >= 0.0 else (values[i] < top):
@@ -58,7 +59,7 @@ def weigh(values: array[float], count: int, beta: float) -> None:
 
 
 def pick(chances: array[float], count: int, rest: float) -> int:
-    """`sample` among the first `count` chances, `rest` being the number drawn."""
+    """`sample` among the first `count` probabilities; `rest` is the draw, 0 <= rest < 1."""
     last = 0
     for i in range(count):
         if chances[i] > 0.0:

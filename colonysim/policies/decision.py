@@ -1,4 +1,4 @@
-"""What an agent has decided, as the simulation reads it, and what a stigmergic agent remembers."""
+"""Decisions as the simulation reads them, the memory of stigmergic agents, and the base class of own policies."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ __all__ = ["Decider", "Decision", "Memory", "Options", "new_decision", "new_memo
 
 @dataclass(unsafe_hash=True)
 class Memory:
-    """What an agent remembers from one decision to the next; not to be changed.
+    """What a stigmergic agent remembers from one decision to the next; never changed, but replaced.
 
     Attributes:
-        epsilon: Its chance to explore.
+        epsilon: Its chance to explore, 0 to 1.
         box: The box it is committed to, or -1.
         hole: The hole (key) which that box is meant for, or -1.
-        way: The box's way as last planned, with the hole in sight.
-        sought: A box it is on its way to, or -1; `hole` and `way` are then those meant for it.
-        shunned: A box it has just dropped, or -1; it will not take it again before it has moved.
+        way: The nodes of the box's way to the hole, as last planned while the hole was visible.
+        sought: A box that it is going to take, or -1; `hole` and `way` are then those meant for it.
+        shunned: A box that it has just dropped, or -1; it will not take it again before it has moved.
         shunned_at: The node at which it dropped that box.
-        vain: How often it has had no box to go for, though one was in sight, since it last filled a hole.
+        vain: Weighted count of decisions since it last filled a hole in which a box was visible but none was of use.
     """
 
     epsilon: float
@@ -50,7 +50,7 @@ class Memory:
 def new_memory(
     epsilon: float, box: int, hole: int, way: Way, sought: int, shunned: int, shunned_at: int, vain: int
 ) -> Memory:
-    """`Memory(...)`, which compiled code cannot call without making objects of all numbers."""
+    """`Memory(...)`; compiled code calls this without making a Python object of each argument."""
     memory = Memory.__new__(Memory)
     memory.epsilon, memory.box, memory.hole, memory.way = epsilon, box, hole, way
     memory.sought, memory.shunned, memory.shunned_at, memory.vain = sought, shunned, shunned_at, vain
@@ -58,15 +58,15 @@ def new_memory(
 
 
 class Options:
-    """What a choice is between; a policy has one, which is good until its next decision.
+    """The options that a decision was drawn from; a policy reuses one object for all its decisions.
 
     Args:
-        room: How many there can be.
+        room: The largest number of options.
 
     Attributes:
         nodes: The nodes to go to.
         boxes: For each of them the box meant, or -1.
-        chances: For each of them first what speaks for it, then its chance.
+        chances: For each of them first its value, then, by `weigh`, its chance, 0 to 1.
     """
 
     __slots__ = ("boxes", "chances", "nodes")
@@ -77,22 +77,22 @@ class Options:
 
 
 class Decision:
-    """What an agent has decided, as the simulation reads it; `intent` says it in the words of the protocol.
+    """What an agent has decided, as plain numbers for the simulation; `as_choice` makes a `Choice` of it.
 
     Args:
         memory: What the agent will remember.
 
     Attributes:
-        memory: The same.
-        idle: Whether it waits for whatever could give it something to do by changing.
-        wait: Another wait that it has decided on, or None.
-        node: Where it wants to go otherwise.
+        memory: What the agent will remember.
+        idle: Whether it waits until anything around it changes that could give it something to do.
+        wait: The wait that it has decided on instead, or None.
+        node: The neighbour where it wants to go or push a box to, or -1 if it waits.
         box: The box it wants to take or push there, or -1.
         hole: The hole (key) which that box is meant for, or -1.
         explored: Whether it followed E.
-        count: How many nodes it chose between; 0 if there was no choice.
-        options: These nodes, from the first on.
-        choice: What another's policy has returned, or None.
+        count: The number of options; 0 if there was no choice.
+        options: The options; the first `count` are valid, until the policy's next decision.
+        choice: What a policy of a third party has returned, or None.
     """
 
     __slots__ = ("box", "choice", "count", "explored", "hole", "idle", "memory", "node", "options", "wait")
@@ -107,7 +107,7 @@ class Decision:
         self.choice: Choice | None = None
 
     def intent(self, view: LocalView) -> Intent:
-        """The decision as an intent, given what the agent sees."""
+        """The decision as an intent."""
         if self.choice is not None:
             return self.choice.intent
         if self.node < 0:
@@ -119,7 +119,7 @@ class Decision:
         return self.wait if self.wait is not None else Wait(view.around())
 
     def as_choice(self, view: LocalView) -> Choice:
-        """The decision with what it was taken from."""
+        """The decision as a `Choice`: intent, memory and options."""
         if self.choice is not None:
             return self.choice
         options = self.options
@@ -131,7 +131,7 @@ class Decision:
 
 
 def new_decision(memory: Any) -> Decision:
-    """`Decision(memory)`, a little faster where it is compiled."""
+    """`Decision(memory)`, a little faster when compiled."""
     decision = Decision.__new__(Decision)
     decision.memory, decision.count = memory, 0
     decision.explored = decision.idle = False
@@ -141,9 +141,9 @@ def new_decision(memory: Any) -> Decision:
 
 
 class Decider:
-    """A policy as the simulation calls it: `think` is `Policy.decide` without objects for numbers.
+    """A policy as the simulation calls it: `think` returns the raw decision, and `decide` wraps it in a `Choice`.
 
-    A policy of this package may derive from this class; one that does not is called through an adapter that does
+    A policy of this package may derive from this class; any other is called through an adapter that does
     (`simulation/foreign`).
     """
 
@@ -158,9 +158,9 @@ class Decider:
         raise NotImplementedError
 
     def think(self, view: LocalView, memory: Any, random: random.Random) -> Decision:
-        """What the agent does next; see `Policy.decide`."""
+        """The raw decision of an agent; arguments as in `Policy.decide`."""
         raise NotImplementedError
 
     def decide(self, view: LocalView, memory: Any, random: random.Random) -> Choice:
-        """`think`, in the words of the protocol."""
+        """See `Policy.decide`."""
         return self.think(view, memory, random).as_choice(view)

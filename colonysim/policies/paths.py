@@ -1,4 +1,4 @@
-"""Ways within what an agent sees: to the nearest box, and for a box to a hole, the shortest or a likely one."""
+"""The way of a box to a hole, and how likely its pushes are to succeed."""
 
 from __future__ import annotations
 
@@ -7,43 +7,31 @@ import math
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Sequence
 
     from colonysim.policies.view import LocalView
 
-__all__ = ["Way", "likely_way", "nearest_box", "way_to_hole"]
+__all__ = ["Way", "likely_way"]
 
 Way: TypeAlias = tuple[int, ...]
 """The nodes to push a box over, its own first; empty for no way."""
 
 
-def nearest_box(view: LocalView, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
-    """`LocalView.nearest_box`: the box and the first node on the way to it, or None (paper Algorithm 4)."""
-    return view.nearest_box(shunned, barred)
-
-
-def way_to_hole(
-    view: LocalView, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
-) -> Way:
-    """`LocalView.way_to_hole`: the shortest way over which a visible box could be pushed into a visible hole."""
-    return view.way_to_hole(box, hole, barred, avoided)
-
-
 def likely_way(
     view: LocalView, box: int, way: Way, planned: Way, least: float, hole: int = -1, barred: int = -1
 ) -> Way:
-    """A way whose pushes will, together, succeed with at least a given chance; empty if there is none.
+    """A way of a box all of whose pushes succeed with at least a given chance; empty if there is none.
 
-    A plan is kept while it is likely. Else it is the way given, or the next shortest once the least likely push of that
-    is left out, and so on; but never straight back to where the box has just come from. Pushes out of sight are not
-    asked about.
+    The planned way is kept as long as it is likely enough. Else the way given is tried, then the shortest one without
+    the least likely push of that, and so on; but none that begins with the push back to where the box has just come
+    from. The backend is asked about visible nodes only.
 
     Args:
         view: What the agent sees.
         box: The box.
-        way: The way that would be taken otherwise.
+        way: The way to try first.
         planned: The box's way as planned before, or empty.
-        least: The chance asked for.
+        least: The least chance of the whole way, 0 to 1.
         hole: The hole (key) to which other ways may be looked for, or -1.
         barred: A node that other ways may not lead over, or -1.
     """
@@ -61,17 +49,17 @@ def likely_way(
             return way
         weakest = min(range(len(chances)), key=chances.__getitem__)
         avoided.add((way[weakest], way[weakest + 1]))
-        way = way_to_hole(view, box, hole, barred, avoided) if hole >= 0 else ()
+        way = view.way_to_hole(box, hole, barred, avoided) if hole >= 0 else ()
     return ()
 
 
 def _chances(view: LocalView, box: int, way: Way) -> Sequence[float]:
-    """The chance of each push of a way as far as the agent sees it."""
+    """The chance, 0 to 1, of each push of a way between visible nodes."""
     return view.feasible_way(box, tuple(itertools.takewhile(view.sees, way)))
 
 
 def _is_open(view: LocalView, box: int, way: Way) -> bool:
-    """Whether the terrain lets a box follow a planned way as far as the agent sees it, and its pusher with it."""
+    """Whether the terrain allows all pushes of a way that are visible, and the pusher to stay level but at the last."""
     seen = tuple(itertools.takewhile(view.sees, way))
     last = len(way) - 2
     return len(seen) > 1 and all(

@@ -1,4 +1,4 @@
-"""What a policy is: it decides from a local view and its own memory, and keeps nothing outside what it returns."""
+"""The protocol of policies: a policy decides from a local view and the agent's memory, and has no other state."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Choice", "Policy"]
 
 
 class Choice(NamedTuple):
-    """A decision, and for the trace what it was taken from.
+    """A decision and, for the trace, the options that it was chosen from.
 
     Attributes:
         intent: What the agent wants to do.

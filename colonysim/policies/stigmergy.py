@@ -1,4 +1,4 @@
-"""The paper's policy: follow D, B or E by chance, push boxes where H leads (Section 3.4, Algorithm 9)."""
+"""The paper's policy: choose by softmax over D, B or E, and push boxes where H leads (Section 3.4, Algorithm 9)."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 __all__ = ["Memory", "Stigmergy"]
 
 NEVER = 1 << 30
-"""More choices than anybody makes."""
+"""More decisions than any agent makes."""
 
 HOLE_OPEN = 3
-"""A choice with an open hole in sight, but no box to go for, counts as much for restlessness as three without."""
+"""Weight in `Memory.vain` of a decision with an open hole visible; one without has weight 1."""
 
 
 class Stigmergy(Decider):
@@ -48,7 +48,7 @@ class Stigmergy(Decider):
         preset = scenario.parameters.get("preset", "colony")
         self.name = str(preset) if settings is None else "stigmergy"
         self._goal = scenario.goal
-        # Asked for in every decision; settings cannot change.
+        # Copies of settings, which cannot change, as C numbers for every decision.
         s = self.settings
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
         self._two_node, self._ask_to_clear = s.collision == "two_node", s.ask_to_clear
@@ -63,23 +63,20 @@ class Stigmergy(Decider):
         return _made_anew, (type(self), self._scenario, self.settings, self.name), getattr(self, "__dict__", None)
 
     def _make_room(self, scenario: Scenario) -> None:
-        """For what is written anew at each decision, on the map of a scenario; there is never less of it afterwards.
-
-        And after how many choices an agent grows restless there.
-        """
+        """Makes the scratch arrays large enough for a scenario's map, and computes its threshold of restlessness."""
         restless, topology = self.settings.restless, scenario.topology
         if restless is not None:
             choices = restless * farthest(topology, scenario.goal) / topology.mean_length
             self._restless = max(1, int(min(choices, float(NEVER))))
         room, holes = 2 * scenario.topology.most_neighbours + 1, len(scenario.holes)
         if room > self._room:
-            # What a choice is between: all neighbours and the boxes on them at worst.
+            # Options of a decision: at most all neighbours and the boxes on them.
             self._room, self._options = room, Options(room)
             self._nodes, self._boxes, self._values = self._options.nodes, self._options.boxes, self._options.chances
-            # Where a box could be pushed, and the neighbours that have one.
+            # The nodes that a box could be pushed to, and the neighbours that have a box.
             self._pushes, self._beside = array("i", [0]) * room, array("i", [0]) * room
         if holes > self._most_holes:
-            # The holes that a box might be for, each marked once, and what it is worth.
+            # Candidate holes of a box, whether each hole is among them, and B of each.
             self._most_holes = holes
             self._holes, self._worths = array("i", [0]) * holes, array("d", [0.0]) * holes
             self._marked = bytearray(holes)
@@ -125,7 +122,7 @@ class Stigmergy(Decider):
         return found
 
     def begin(self, agent: int, memory: Memory | None) -> Memory:
-        """Nothing is remembered across episodes but the chance to explore."""
+        """An agent's memory at the start of an episode: only the chance to explore is kept from the episode before."""
         s = self.settings
         if memory is None:
             return Memory(s.epsilon)
@@ -143,7 +140,7 @@ class Stigmergy(Decider):
         return self._think(view, memory, random.random)
 
     def _think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
-        """What to do; `draw` is the stream's `random`."""
+        """Algorithm 9; `draw` returns the next number of the agent's stream, 0 <= draw() < 1."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
             memory = new_memory(
                 memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1, memory.vain
@@ -152,16 +149,16 @@ class Stigmergy(Decider):
             carried = self._carry(view, memory)
             if carried is not None:
                 return carried
-            dropped = memory.box if view.held() == memory.box else -1
+            dropped = memory.box if view.held_box == memory.box else -1
             memory = new_memory(memory.epsilon, -1, -1, (), -1, dropped, view.node, memory.vain)
         return self._choose(view, memory, draw)
 
     # -- with a box ------------------------------------------------------------------------------------------------
 
     def _carry(self, view: LocalView, memory: Memory) -> Decision | None:
-        """The next push of the box the agent is committed to, a wait, or None to give it up."""
+        """The next push of the box that the agent is committed to, a wait for it, or None to give the box up."""
         box, hole = memory.box, memory.hole
-        if view.held() != box or 0 <= self._tries <= view.failures:
+        if view.held_box != box or 0 <= self._tries <= view.failures:
             return None
         way = self._way(view, box, hole, memory.way)
         if way and view.foresees:
@@ -173,7 +170,7 @@ class Stigmergy(Decider):
             vain = memory.vain if len(way) > 2 else 0
             memory = new_memory(memory.epsilon, box, hole, way, -1, -1, -1, vain)
         node = way[1]
-        if not view.foresees and view.chance(box, node) < self._least:
+        if not view.foresees and view.feasible(box, (node,))[0] < self._least:
             return None
         decision = new_decision(memory)
         if self._allowed(view, node) and not (view.refused is not None and self._impatient(view)):
@@ -187,14 +184,22 @@ class Stigmergy(Decider):
         return decision
 
     def _impatient(self, view: LocalView) -> bool:
+        """Whether the agent has waited as long as `patience` allows."""
         return view.waited >= self._patience - 1e-9
 
     def _way(self, view: LocalView, box: int, hole: int, planned: Way = (), count: int = -1) -> Way:
-        """The way on which a visible box comes nearer to a hole; beyond its next node it may be unknown.
+        """The way on which a visible box comes nearer to a hole; empty if there is none.
 
-        Within R the shortest way is planned. Where that leads out of sight of the hole the box still follows it: H is
-        1 wherever the hole is in sight, and would lead straight back. Elsewhere the box, which is then next to the
-        agent or with it, climbs H; `count` of its pushes have been looked up, unless it is -1.
+        With the hole visible it is the shortest way. Where the planned way leads to nodes from which the hole is not
+        visible, the box still follows it: H is 1 wherever the hole is visible, and would lead straight back. Elsewhere
+        the box, which is then next to the agent or on its node, climbs H; the way ends with its next node.
+
+        Args:
+            view: What the agent sees.
+            box: The box.
+            hole: The hole's key.
+            planned: The way as planned before.
+            count: The number of nodes in `_pushes` that the box could be pushed to; -1 to look them up.
         """
         at = view.box_node(box)
         if view.sees_hole(hole):
@@ -211,24 +216,31 @@ class Stigmergy(Decider):
         if count < 0:
             count = view.pushes_into(box, self._goal, self._pushes)
         trail, pushes = view.h, self._pushes
-        best, best_scent = -1, trail._read(at, hole)
+        best, best_scent = -1, trail.read(at, hole)
         for i in range(count):
-            scent = trail._read(pushes[i], hole)
+            scent = trail.read(pushes[i], hole)
             if scent > best_scent:
                 best, best_scent = pushes[i], scent
         return (at, best) if best >= 0 else ()
 
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
-        """`likely_way` with the least chance asked for; other ways than those given only with the hole in sight."""
+        """`likely_way` for the setting `feasibility`; other ways are tried to a visible hole only."""
         others = hole if view.sees_hole(hole) and self._has_room(view, box, hole) else -1
         return likely_way(view, box, way, planned, self._least, others, self._goal)
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
-        """Whether the box may go into a visible hole: not if it would stand above the rim, unless allowed."""
+        """Whether a box may go to a visible hole: with `overfill` always, else if it will not stand above the rim."""
         return self._overfill or view.box_height(box) < view.headroom(hole) + self._reach
 
     def _targets(self, view: LocalView, memory: Memory, box: int, from_node: int) -> list[tuple[int, Way]]:
-        """Hole candidates of a box next to the agent or with it (Algorithm 6), each with the box's way there."""
+        """The holes that a visible box could be pushed to (Algorithm 6), each with the box's way there.
+
+        Args:
+            view: What the agent sees.
+            memory: What it remembers.
+            box: The box.
+            from_node: The first node on the agent's way to the box.
+        """
         at = view.box_node(box)
         beside, pushable = view.beside(at), 0
         if beside:
@@ -253,14 +265,25 @@ class Stigmergy(Decider):
         return found
 
     def _feasible(self, view: LocalView, box: int, found: list[tuple[int, Way]]) -> list[tuple[int, Way]]:
-        """Those of the holes whose ways begin with a push that is likely enough."""
+        """Those of the targets whose first push has at least the chance `feasibility`."""
         chances = view.feasible(box, [way[1] for _, way in found])
         return [pair for pair, chance in zip(found, chances, strict=True) if chance >= self._least]
 
     def _candidates(self, view: LocalView, memory: Memory, box: int, at: int, pushable: int) -> int:
-        """Writes the holes of Algorithm 6 into `_holes`, ascending; returns how many there are."""
+        """Writes the candidate holes of Algorithm 6 into `_holes`, ascending.
+
+        Args:
+            view: What the agent sees.
+            memory: What it remembers.
+            box: The box.
+            at: The node of the box.
+            pushable: The number of nodes in `_pushes`; holes that have a trail H on one of them are candidates.
+
+        Returns:
+            How many holes there are.
+        """
         holes, marked = self._holes, self._marked
-        if self._marking:  # something was raised the last time
+        if self._marking:  # the last call ended with an error
             for hole in range(self._most_holes):
                 marked[hole] = 0
         self._marking = True
@@ -269,7 +292,7 @@ class Stigmergy(Decider):
             marked[holes[i]] = 1
         trail = view.h
         for i in range(pushable):
-            count = trail._gather(self._pushes[i], holes, count, marked)
+            count = trail.gather(self._pushes[i], holes, count, marked)
         if memory.sought == box and not marked[memory.hole]:
             holes[count], marked[memory.hole] = memory.hole, 1
             count += 1
@@ -286,6 +309,7 @@ class Stigmergy(Decider):
     # -- without a box ---------------------------------------------------------------------------------------------
 
     def _choose(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
+        """The decision of an agent without a box: makes way for a carrier, explores (E) or exploits (D and B)."""
         nodes, count, requested = self._nodes, view.exits_into(self._nodes), view.requested()
         if self._two_node or (self._ask_to_clear and requested):
             every, count = count, 0
@@ -301,7 +325,7 @@ class Stigmergy(Decider):
         return self._exploit(view, memory, draw, count)
 
     def _explore(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
-        """Follows E; the node of a box that could be pushed counts as an option."""
+        """Chooses by E among the `count` neighbours in `_nodes` and the adjacent boxes that could go to a hole."""
         nodes, boxes, values = self._nodes, self._boxes, self._values
         for i in range(count):
             boxes[i] = -1
@@ -325,7 +349,7 @@ class Stigmergy(Decider):
             return self._follow_distance(view, memory, draw, count)
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding._read(nodes[i])
+            values[i] = -crowding.read(nodes[i])
         weigh(values, count, self._beta)
         chosen = pick(values, count, draw())
         decision = new_decision(memory)
@@ -338,10 +362,10 @@ class Stigmergy(Decider):
         return self._weighed(decision, count)
 
     def _look_about(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
-        """With no box to go for: follows D, or roams for a while if that has led nowhere for long."""
+        """With no box of use: follows D, or roams for a while when `Memory.vain` has passed the threshold."""
         if self._restless == NEVER or not view.box_in_sight():
             return self._follow_distance(view, memory, draw, count)
-        # With no open hole in sight a box is hardly of use, and D may well lead on: patience lasts longer.
+        # With no open hole visible a box is hardly of use and D may well lead on: the threshold is reached later.
         passed = HOLE_OPEN if view.open_hole_in_sight() else 1
         vain = memory.vain + passed if memory.vain < 2 * HOLE_OPEN * self._restless else 0
         memory = new_memory(
@@ -352,7 +376,11 @@ class Stigmergy(Decider):
         return self._follow_distance(view, memory, draw, count)
 
     def _roam(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
-        """Follows E over all that the place allows: ways out, boxes beside, pushes that its pusher goes along with."""
+        """Chooses by E among all moves that the place allows, whether of use or not.
+
+        These are the `count` neighbours in `_nodes`, adjacent boxes that the agent could take hold of, and pushes of
+        the box on its node with which it stays level.
+        """
         nodes, boxes, values, beside, pushes = self._nodes, self._boxes, self._values, self._beside, self._pushes
         for i in range(count):
             boxes[i] = -1
@@ -365,7 +393,7 @@ class Stigmergy(Decider):
         if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box):
             for i in range(view.pushes_into(box, self._goal, pushes)):
                 j = pushes[i]
-                if self._allowed(view, j) and view.chance(box, j) >= self._least:
+                if self._allowed(view, j) and view.feasible(box, (j,))[0] >= self._least:
                     nodes[count], boxes[count] = j, box
                     count += 1
         decision = new_decision(memory)
@@ -374,14 +402,14 @@ class Stigmergy(Decider):
             return decision
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding._read(nodes[i])
+            values[i] = -crowding.read(nodes[i])
         weigh(values, count, self._beta)
         i = pick(values, count, draw())
         decision.node, decision.box, decision.explored = nodes[i], boxes[i], True
         return self._weighed(decision, count)
 
     def _insert(self, count: int, node: int, box: int) -> int:
-        """Puts the node of a box in its place among the first `count` options; returns how many there are then."""
+        """Inserts the node of a box into the first `count` options, which are ascending; returns their number."""
         nodes, boxes, place = self._nodes, self._boxes, 0
         while place < count and nodes[place] < node:
             place += 1
@@ -393,29 +421,29 @@ class Stigmergy(Decider):
         return count
 
     def _weighed(self, decision: Decision, count: int) -> Decision:
-        """The decision with what it was chosen from."""
+        """The decision, with the first `count` options that it was chosen from."""
         decision.count, decision.options = count, self._options
         return decision
 
     def _exploit(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
-        """Weighs B of the nearest box against D of the neighbours.
+        """Chooses by B of the nearest box of use against D of the `count` neighbours in `_nodes`.
 
-        Who sees a hole that is not full looks on: passes over a box that can go to none, another one being in its way,
-        for the next nearest; with none within reach, for those to which it comes by stepping past others.
+        With `look_on` and an open hole visible, a box that can go to no hole is passed over for the next nearest; with
+        `step_past`, boxes that can be reached only over the nodes of other boxes come last.
         """
-        # With no hole in sight only a box at hand, whose holes can be smelt, or one that is sought has any targets.
+        # With no hole visible only a box nearby, where H can be read, or one that is sought can have any targets.
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
         if not some:
             return self._look_about(view, memory, draw, count)
-        box = view.find_box(memory.shunned, self._goal)
+        box, first = view.find_box(memory.shunned, self._goal)
         useless: list[int] = []
         found: list[tuple[int, Way]] = []
         past = False
         while True:
             if box >= 0:
-                if view.first != view.node and not self._allowed(view, view.first):
+                if first != view.node and not self._allowed(view, first):
                     break
-                found = self._targets(view, memory, box, view.first)
+                found = self._targets(view, memory, box, first)
                 if found:
                     break
                 useless.append(box)
@@ -425,10 +453,9 @@ class Stigmergy(Decider):
                 past = True
             if not self._look_on or not view.open_hole_in_sight():
                 break
-            box = view.find_box(memory.shunned, self._goal, useless, past)
+            box, first = view.find_box(memory.shunned, self._goal, useless, past)
         if not found:
             return self._look_about(view, memory, draw, count)
-        first = view.first
         worth, worths, chosen = view.b, self._worths, 0
         if len(found) > 1:
             for i, (hole, _) in enumerate(found):
@@ -466,13 +493,13 @@ class Stigmergy(Decider):
         nodes, boxes, values, options = self._nodes, self._boxes, self._values, count
         nearness = view.d
         for i in range(options):
-            boxes[i], values[i] = -1, nearness._read(nodes[i])
+            boxes[i], values[i] = -1, nearness.read(nodes[i])
         if box >= 0:
             nodes[count], boxes[count], values[count] = towards, box, worth
             count += 1
         elif self._step_past and self._shut_in(view, options):
             for node, beside in self._boxes_to_pass(view, memory).items():
-                nodes[count], boxes[count], values[count] = node, beside, nearness._read(node)
+                nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
                 count += 1
         if count == 0:
             decision = new_decision(memory)
@@ -501,9 +528,9 @@ class Stigmergy(Decider):
         return self._weighed(decision, count)
 
     def _shut_in(self, view: LocalView, options: int) -> bool:
-        """Whether the agent has no way out, or none from which it knows a way to the goal; D of its exits is known.
+        """Whether the agent has no exit, or D is 0 on all of them; `_values` holds D of the first `options` exits.
 
-        Nor has it one, if it has waited long for others to leave those that it has.
+        An agent whose only exits are occupied counts as shut in once it is impatient.
         """
         for i in range(options):
             if self._values[i] > 0.0:
@@ -515,7 +542,7 @@ class Stigmergy(Decider):
         return shut
 
     def _boxes_to_pass(self, view: LocalView, memory: Memory) -> dict[int, int]:
-        """Nodes beside the agent with the boxes that it could step to there, to leave them on another side."""
+        """The adjacent nodes whose box the agent could step to, in order to leave it on another side; node to box."""
         if view.boxes_beside(self._beside) == 0:
             return {}
         beside = {view.box_node(box): box for box in view.boxes() if box != memory.shunned}
@@ -526,7 +553,7 @@ class Stigmergy(Decider):
         }
 
     def _claim(self, view: LocalView, memory: Memory, box: int, hole: int, way: Way) -> Decision:
-        """Commits to a box: steps to its node, or pushes at once if the agent already shares it."""
+        """Commits to a box: steps to its node, or pushes it along `way` at once if the agent is there already."""
         planned = way if self._errands else ()
         decision = new_decision(new_memory(memory.epsilon, box, hole, planned, -1, -1, -1, memory.vain))
         decision.box, decision.hole, at = box, hole, view.box_node(box)
@@ -545,20 +572,20 @@ class Stigmergy(Decider):
         return decision
 
     def _allowed(self, view: LocalView, node: int) -> bool:
-        """Whether the collision rule lets the agent go to a neighbour (Algorithm 8, or reservations)."""
+        """Whether the collision rule allows a move to a neighbour (`collision`: reservations, or Algorithm 8)."""
         if not view.free(node) or (self._ask_to_clear and view.wanted(node)):
             return False
         return not (self._two_node and view.crowded(node))
 
     def _causes(self, view: LocalView, nodes: Way) -> tuple[int, ...]:
-        """The nodes whose change could allow one of `nodes`: themselves, and under Algorithm 8 their neighbours."""
+        """The nodes whose change could allow a move to `nodes`: these, and under Algorithm 8 their neighbours."""
         if not self._two_node:
             return tuple(nodes)
         return tuple(sorted({*nodes, *(j for node in nodes for j, _ in view.ways(node))}))
 
 
 def _made_anew(kind: type[Stigmergy], scenario: Scenario, settings: StigmergySettings, name: str) -> Stigmergy:
-    """A copy of a policy; what is derived from it may take other arguments."""
+    """A copy of a policy, made without calling the constructor of a derived class, whose arguments may differ."""
     policy = kind.__new__(kind)
     Stigmergy.__init__(policy, scenario, settings)
     policy.name = name

@@ -1,4 +1,4 @@
-"""A baseline without marks: every possible move is as likely as any other."""
+"""A baseline without pheromones: every possible move is equally likely."""
 
 from __future__ import annotations
 

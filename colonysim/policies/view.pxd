@@ -1,7 +1,7 @@
 # The types of view.py when it is compiled.
 cimport cython
 from colonysim.pheromones.marks cimport Marks
-from colonysim.world.sight cimport Sight
+from colonysim.world.visibility cimport Visibility
 from colonysim.world.state cimport World
 from colonysim.world.terrain cimport Terrain
 
@@ -18,15 +18,15 @@ cdef class FieldWindow:
     @cython.locals(node=int)
     cpdef list values(self, nodes)
     cpdef keys(self, int node)
-    cpdef double _read(self, int node, int key=*) except? -1
-    cpdef int _gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
+    cpdef double read(self, int node, int key=*) except? -1
+    cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
     cdef int _check(self, int node) except -1
 
 
 cdef class LocalView:
     cdef public World _world
     cdef public object _backend, _feasible_way, refused
-    cdef public int agent, node, failures, first
+    cdef public int agent, node, held_box, failures
     cdef public double radius, edge_seconds, waited
     cdef public dict fields
     cdef public bint foresees
@@ -37,7 +37,7 @@ cdef class LocalView:
     cpdef bint sees(self, int node)
     cdef int _look_at(self, int node) except -1
     cpdef bint beside_box(self, int node) except? -1
-    @cython.locals(sight=Sight)
+    @cython.locals(visibility=Visibility)
     cpdef tuple around(self)
     cpdef bint passable(self, int neighbour) except? -1
     cpdef bint occupied(self, int node) except? -1
@@ -51,14 +51,11 @@ cdef class LocalView:
     cpdef list boxes(self)
     @cython.locals(node=int)
     cpdef int box_node(self, int box) except? -1
-    @cython.locals(world=World)
-    cpdef int held(self)
-    @cython.locals(world=World, way=int)
     cpdef bint box_at_hand(self) except? -1
     @cython.locals(world=World)
     cpdef bint box_in_sight(self) except? -1
     cpdef int top_box(self, int node) except? -2
-    @cython.locals(world=World, count=int, way=int, j=int)
+    @cython.locals(world=World, terrain=Terrain, count=int, edge=int, j=int)
     cpdef int boxes_beside(self, int[::1] found) except -1
     cpdef double box_height(self, int box) except? -1
     cpdef bint on_top(self, int box) except? -1
@@ -66,25 +63,24 @@ cdef class LocalView:
     cpdef bint graspable_from(self, int node, int box) except? -1
     cpdef tuple holes(self)
     cpdef bint hole_in_sight(self) except? -1
-    @cython.locals(world=World, sight=Sight, reach=double, near=int, k=int, hole=int)
+    @cython.locals(world=World, visibility=Visibility, reach=double, near=int, k=int, hole=int)
     cpdef bint open_hole_in_sight(self) except? -1
-    @cython.locals(sight=Sight, count=int, near=int, k=int, hole=int)
+    @cython.locals(visibility=Visibility, count=int, near=int, k=int, hole=int)
     cpdef int holes_into(self, int[::1] found, int centre) except -1
     cpdef int hole_node(self, int hole) except? -1
     @cython.locals(world=World)
     cpdef bint sees_hole(self, int hole) except -1
     cpdef bint hole_near(self, int hole, int node) except? -1
-    @cython.locals(world=World)
     cpdef double headroom(self, int hole) except? -1
     cdef int _hole(self, int hole) except -1
-    @cython.locals(base=double, world=World)
+    @cython.locals(world=World)
     cpdef bint can_slide(self, int box, int i, int j) except? -1
-    @cython.locals(base=double, world=World)
+    @cython.locals(world=World)
     cpdef bint can_follow(self, int box, int i, int j) except? -1
     cpdef list pushes(self, int box, int barred=*)
     cpdef int pushes_into(self, int box, int barred, int[::1] found) except -1
-    @cython.locals(world=World, sight=Sight, box=int)
-    cpdef int find_box(self, int shunned, int barred, others=*, bint past=*) except? -2
-    cpdef double chance(self, int box, int node) except? -1
+    @cython.locals(world=World, level=double)
+    cpdef (int, int) find_box(self, int shunned, int barred, others=*, bint past=*) except *
+    cpdef feasible(self, int box, targets)
     cpdef nearest_box(self, shunned=*, int barred=*)
     cpdef tuple way_to_hole(self, int box, int hole, int barred=*, avoided=*)

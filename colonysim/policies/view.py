@@ -1,4 +1,4 @@
-"""What an agent may know: a read-only window onto the world, and nothing behind it."""
+"""The local view: all that an agent may know, as a read-only window onto the world."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["FieldWindow", "LocalView", "OutOfSightError"]
 
 
 class OutOfSightError(LookupError):
-    """A policy asked for something that its agent cannot know."""
+    """A policy has asked for something that its agent cannot know."""
 
 
 class FieldWindow:
@@ -35,9 +35,9 @@ class FieldWindow:
         self._view = view
         self._field = field
         self._by_box = field.by_box
-        # Of our own fields compiled code reads the values directly.
+        # A field of this package is called directly by compiled code.
         self._marks = field if isinstance(field, Marks) else None
-        # What is derived from them may have other keys.
+        # A class derived from it may have other keys.
         self._gathers = self._marks is not None and type(field) is HoleTrail
 
     def at(self, node: int, key: int = -1) -> float:
@@ -66,14 +66,23 @@ class FieldWindow:
         self._check(node)
         return self._field.keys(node) if self._marks is None else self._marks.keys(node)
 
-    def _read(self, node: int, key: int = -1) -> float:
-        """`at` for our own policy, which has made sure that it may read there."""
+    def read(self, node: int, key: int = -1) -> float:
+        """`at` without the check, for compiled policies: they ask about nodes that the agent can read only."""
         return self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
 
-    def _gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
-        """Writes `keys` into `found`, behind the first `count`, but for those marked; marks them.
+    def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
+        """Writes the keys at a node into `found`, behind the first `count`, and marks them; no key that is marked.
 
-        Like `_read` for who may read there; returns how many there are now.
+        Like `read` it checks nothing.
+
+        Args:
+            node: The node.
+            found: Has room for all keys.
+            count: How many keys stand in `found` already.
+            marked: For each key 1 if it is to be left out.
+
+        Returns:
+            How many keys stand in `found` then.
         """
         if self._marks is not None and self._gathers:
             return self._marks.gather(node, found, count, marked)
@@ -88,7 +97,7 @@ class FieldWindow:
 
 
 class _Absent:
-    """A field that a policy does not have."""
+    """Stands for a field that a policy does not have: reading it is a KeyError."""
 
     by_box = False
 
@@ -103,32 +112,35 @@ class _Absent:
 
 
 class LocalView:
-    """What one agent may know, answered from the arrays when asked; one object per agent, reused.
+    """What one agent may know, read from the world's arrays when asked; one object for each agent, reused.
 
-    Terrain, holes, boxes and agents within R; D, E and H on its own node and its neighbours; B of the boxes it sees;
-    reservations on its neighbours; the goal's coordinates; what its backend thinks of a push. Everything else raises
-    `OutOfSightError`. All nodes are indices.
+    That is: terrain, holes, boxes and agents within R; D, E and H on its own node and its neighbours; B of visible
+    boxes; reservations on its neighbours; the goal's coordinates; its backend's chance of a push. Everything else
+    raises `OutOfSightError`. A node is visible if it lies within R or is a neighbour; nodes are given by index.
+
+    Methods that end in `_into` are those that compiled policies call: they write into a given array what the method
+    without that ending returns as a list.
 
     Attributes:
-        agent: The agent's number.
+        agent: The agent's index.
         fields: The readable part of each pheromone field, by name.
-        d: That of D; to read it is a KeyError if the policy has no such field, as with the next.
-        b: That of B.
-        h: That of H.
-        e: That of E.
+        d: The readable part of D; to read it is a KeyError if the policy has no such field, as with `b`, `h` and `e`.
+        b: The readable part of B.
+        h: The readable part of H.
+        e: The readable part of E.
         radius: The detection radius R, graph units.
         foresees: Whether the backend can tell about more than the next push.
-        edge_seconds: Typical simulated seconds of a travelled edge: the unit in which patience is counted.
-        waited: For how many such units the agent has been waiting in a row.
-        refused: What it wanted last and could not begin because the place was taken, or None.
-        failures: How many of its actions in a row did not arrive.
+        edge_seconds: Typical duration of a travelled edge, simulated seconds: the unit in which patience is measured.
+        waited: How long the agent has been waiting without a break, in units of `edge_seconds`.
+        refused: Its last intent, if a node or edge that it needs was taken, or None.
+        failures: The number of its last actions in a row that did not arrive.
         node: Where it stands.
-        first: The first node on the way to the box that `find_box` has found.
+        held_box: The box that it holds and shares the node with, or -1.
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "first",
-        "foresees", "h", "node", "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "foresees",
+        "h", "held_box", "node", "radius", "refused", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -149,7 +161,7 @@ class LocalView:
         self.waited = 0.0
         self.refused: Intent | None = None
         self.failures = 0
-        self.node, self.first = world.agent_node[agent], -1
+        self.look()
 
     def _window(self, name: str) -> FieldWindow:
         absent: Any = _Absent(name)
@@ -157,7 +169,7 @@ class LocalView:
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
-        self.node = self._world._agent_nodes[self.agent]
+        self.node, self.held_box = self._world.agent_node[self.agent], self._world.held_box(self.agent)
 
     @property
     def neighbours(self) -> tuple[int, ...]:
@@ -172,10 +184,10 @@ class LocalView:
 
     def sees(self, node: int) -> bool:
         """Whether a node lies within R or next to the agent."""
-        return self._world.sight().sees(self.node, node)
+        return self._world.visibility().sees(self.node, node)
 
     def _look_at(self, node: int) -> None:
-        if not self._world.sight().sees(self.node, node):
+        if not self._world.visibility().sees(self.node, node):
             raise OutOfSightError(f"node {node} is out of sight from node {self.node}")
 
     def position(self, node: int) -> tuple[float, float]:
@@ -202,24 +214,27 @@ class LocalView:
     def ways(self, node: int) -> Sequence[tuple[int, float]]:
         """The neighbours of a visible node that are visible themselves, with the lengths of the edges."""
         self._look_at(node)
-        return [(j, length) for j, length, _ in self._world.topology.ways[node] if self.sees(j)]
+        topology = self._world.topology
+        edges = zip(topology.neighbours[node], topology.lengths[node], strict=True)
+        return [(j, length) for j, length in edges if self.sees(j)]
 
     def around(self) -> tuple[int, ...]:
-        """In order, the neighbours, those of theirs that are visible, and the nodes of the boxes and holes within R."""
-        sight = self._world.sight()
-        return tuple(sorted(sight.found[: sight.around(self.node)]))
+        """The neighbours, their neighbours that are visible, and the nodes of boxes and holes within R, ascending."""
+        visibility = self._world.visibility()
+        return tuple(sorted(visibility.found[: visibility.around(self.node)]))
 
     def passable(self, neighbour: int) -> bool:
         """Whether the agent could travel to a neighbour, as far as the terrain goes."""
         return self._world.passable(self._world.level(self.agent), self.node, neighbour)
 
     def exits(self) -> list[int]:
-        """The neighbours that the agent could travel to and that nobody else occupies or has reserved."""
-        return self._world.exits(self.agent)
+        """The neighbours that the agent could travel to and that nobody else occupies or has reserved, ascending."""
+        found = array("i", [0]) * len(self.neighbours)
+        return found[: self.exits_into(found)].tolist()
 
     def exits_into(self, found: array[int]) -> int:
         """Writes `exits` into `found`, which must have room for all neighbours; returns how many there are."""
-        return self._world.exits_into(self.agent, found)
+        return self._world.exits(self.agent, found)
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether the surface of one visible node leads to that of another."""
@@ -257,7 +272,7 @@ class LocalView:
         return self.wanted(self.node)
 
     def wanted(self, node: int) -> bool:
-        """Whether another agent, a carrier, asks for a neighbour (or the own node) to be cleared and left to it."""
+        """Whether another agent that carries a box asks for a neighbour (or the own node) to be cleared for it."""
         if not self.beside(node):
             raise OutOfSightError(f"requests for node {node} cannot be heard at node {self.node}")
         requests = self._world.clear_requests
@@ -265,7 +280,7 @@ class LocalView:
         return asker is not None and asker != self.agent
 
     def requested(self) -> bool:
-        """Whether anybody may ask for the own node or a neighbour to be cleared; if not, none needs to be looked at."""
+        """Whether `wanted` may be true of the own node or a neighbour; if not, none needs to be asked about."""
         return self._world.requested_near(self.node)
 
     # -- boxes and holes -------------------------------------------------------------------------------------------
@@ -276,7 +291,7 @@ class LocalView:
 
     def box_node(self, box: int) -> int:
         """Where a visible box is."""
-        node = self._world._box_nodes[box] if box >= 0 else -1
+        node = self._world.box_node[box] if box >= 0 else -1
         if not self.sees(node):
             raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
         return node
@@ -284,52 +299,35 @@ class LocalView:
     def box_height(self, box: int) -> float:
         """How high a visible box is, graph units."""
         self.box_node(box)
-        return self._world._box_heights[box]
+        return self._world.box_height[box]
 
     def on_top(self, box: int) -> bool:
         """Whether no other box stands on a visible box."""
-        return self._world.top_box(self.box_node(box)) == box
-
-    @property
-    def held_box(self) -> int:
-        """The box that the agent holds and shares the node with, or -1."""
-        return self.held()
-
-    def held(self) -> int:
-        """`held_box`, for compiled code."""
-        world = self._world
-        box = world._agent_boxes[self.agent]
-        return box if box >= 0 and world.box_claim[box] == self.agent else -1
+        return self._world.top[self.box_node(box)] == box
 
     def top_box(self, node: int) -> int:
         """The topmost box on a visible node, or -1."""
         self._look_at(node)
-        return self._world._tops[node]
+        return self._world.top[node]
 
     def boxes_beside(self, found: array[int]) -> int:
         """Writes the neighbours that lie within R and have a box into `found`; returns how many there are."""
-        world, count = self._world, 0
-        for way in range(world._first[self.node], world._first[self.node + 1]):
-            j = world._ends[way]
-            if world._tops[j] >= 0 and world.sight().surroundings.both(self.node, j):
+        world, terrain, count = self._world, self._world.terrain, 0
+        for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
+            j = terrain.ends[edge]
+            if world.top[j] >= 0 and world.visibility().neighbourhoods.both(self.node, j):
                 found[count] = j
                 count += 1
         return count
 
     def box_at_hand(self) -> bool:
         """Whether there is a box on the own node or next to it."""
-        world = self._world
-        if world._tops[self.node] >= 0:
-            return True
-        for way in range(world._first[self.node], world._first[self.node + 1]):
-            if world._tops[world._ends[way]] >= 0:
-                return True
-        return False
+        return self._world.box_beside(self.node)
 
     def box_in_sight(self) -> bool:
         """Whether there is a box within R."""
         world = self._world
-        return len(world._box_nodes) > 0 and world.sight().sees_box(self.node)
+        return len(world.box_node) > 0 and world.visibility().sees_box(self.node)
 
     def beside_box(self, node: int) -> bool:
         """Whether a node is next to a box that stands next to the agent."""
@@ -340,7 +338,7 @@ class LocalView:
         world = self._world
         self.box_node(box)
         self._look_at(node)
-        level = world.level(self.agent) if node == self.node else world._heights[node]
+        level = world.level(self.agent) if node == self.node else world.surface[node]
         return world.graspable(self.agent, box, level, node)
 
     def holes(self) -> tuple[int, ...]:
@@ -349,29 +347,29 @@ class LocalView:
 
     def hole_in_sight(self) -> bool:
         """Whether there is a hole within R."""
-        if len(self._world._hole_nodes) == 0:
+        if len(self._world.hole_node) == 0:
             return False
-        return self._world.sight().look_for_holes(self.node) > 0
+        return self._world.visibility().find_holes(self.node) > 0
 
     def open_hole_in_sight(self) -> bool:
         """Whether the surface in a hole within R lies below its rim, so far that nobody can cross it."""
         world = self._world
-        sight, reach = world.sight(), world.terrain.reach
-        near = sight.look_for_holes(self.node)
-        for k in range(sight.holes_at, sight.holes_at + near):
-            hole = sight.hole_keys[k]
-            if world._rims[hole] - world._heights[world._hole_nodes[hole]] >= reach:
+        visibility, reach = world.visibility(), world.terrain.reach
+        near = visibility.find_holes(self.node)
+        for k in range(visibility.holes_start, visibility.holes_start + near):
+            hole = visibility.hole_keys[k]
+            if world.headroom(hole) >= reach:
                 return True
         return False
 
     def holes_into(self, found: array[int], centre: int) -> int:
-        """Writes those of `holes` into `found` that lie within R of a visible node too; returns how many there are."""
+        """Writes those of `holes` that lie within R of the visible node `centre` too into `found`; returns how many."""
         self._look_at(centre)
-        sight, count = self._world.sight(), 0
-        near = sight.look_for_holes(self.node)
-        for k in range(sight.holes_at, sight.holes_at + near):
-            hole = sight.hole_keys[k]
-            if centre == self.node or sight.surroundings.both(centre, self._world._hole_nodes[hole]):
+        visibility, count = self._world.visibility(), 0
+        near = visibility.find_holes(self.node)
+        for k in range(visibility.holes_start, visibility.holes_start + near):
+            hole = visibility.hole_keys[k]
+            if centre == self.node or visibility.neighbourhoods.both(centre, self._world.hole_node[hole]):
                 found[count] = hole
                 count += 1
         return count
@@ -379,26 +377,25 @@ class LocalView:
     def hole_node(self, hole: int) -> int:
         """Where a visible hole is."""
         self._hole(hole)
-        return self._world._hole_nodes[hole]
+        return self._world.hole_node[hole]
 
     def sees_hole(self, hole: int) -> bool:
         """Whether a hole lies within R."""
         world = self._world
-        if not 0 <= hole < len(world._hole_nodes):
+        if not 0 <= hole < len(world.hole_node):
             return False
-        return world.sight().surroundings.both(self.node, world._hole_nodes[hole])
+        return world.visibility().neighbourhoods.both(self.node, world.hole_node[hole])
 
     def hole_near(self, hole: int, node: int) -> bool:
         """Whether a visible hole lies within R of a visible node."""
         self._hole(hole)
         self._look_at(node)
-        return self._world.sight().surroundings.both(node, self._world._hole_nodes[hole])
+        return self._world.visibility().neighbourhoods.both(node, self._world.hole_node[hole])
 
     def headroom(self, hole: int) -> float:
         """How far the surface in a visible hole lies below its rim, graph units; negative for a hill."""
         self._hole(hole)
-        world = self._world
-        return world._rims[hole] - world._heights[world._hole_nodes[hole]]
+        return self._world.headroom(hole)
 
     def _hole(self, hole: int) -> None:
         if not self.sees_hole(hole):
@@ -409,16 +406,14 @@ class LocalView:
         self._look_at(i)
         self._look_at(j)
         world = self._world
-        base = world._box_bases[box] if world._box_nodes[box] == i else world._heights[i]
-        return world.can_slide(base, i, j)
+        return world.can_slide(world.base_of(box, i), i, j)
 
     def can_follow(self, box: int, i: int, j: int) -> bool:
         """Whether a box pushed from `i` to `j` would stay level with its pusher, who then goes with it."""
         self._look_at(i)
         self._look_at(j)
         world = self._world
-        base = world._box_bases[box] if world._box_nodes[box] == i else world._heights[i]
-        return world.passable(base, i, j)
+        return world.passable(world.base_of(box, i), i, j)
 
     def pushes(self, box: int, barred: int = -1) -> list[int]:
         """The visible nodes beside a visible box that it could be pushed to with its pusher staying level with it.
@@ -434,7 +429,7 @@ class LocalView:
         """Writes `pushes` into `found`, which must have room for all neighbours of the box; returns how many."""
         if len(found) < len(self._world.topology.neighbours[self.box_node(box)]):
             raise ValueError("there is no room for all neighbours of the box")
-        return self._world.sight().pushes(self.node, box, barred, found)
+        return self._world.visibility().pushes(self.node, box, barred, found)
 
     def nearest_box(self, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
         """The closest box by path that the agent could hold (paper Algorithm 4).
@@ -446,25 +441,23 @@ class LocalView:
         Returns:
             The box and the first node on the way to it (the box's own node if it is adjacent or underfoot), or None.
         """
-        box = self.find_box(-1, barred, shunned)
-        return None if box < 0 else (box, self.first)
+        box, first = self.find_box(-1, barred, shunned)
+        return None if box < 0 else (box, first)
 
-    def find_box(self, shunned: int, barred: int, others: Collection[int] = (), past: bool = False) -> int:
-        """`nearest_box` but for one box (and others): the box, or -1; `first` is then the first node on the way.
+    def find_box(self, shunned: int, barred: int, others: Collection[int] = (), past: bool = False) -> tuple[int, int]:
+        """`nearest_box` for compiled policies: the box and the first node on the way to it, or twice -1.
 
         Args:
             shunned: A box to leave out, or -1.
             barred: A node that no way may lead over, or -1.
             others: More boxes to leave out.
-            past: Whether ways may lead past boxes that the agent could take hold of: over their nodes.
+            past: Whether ways may lead over the nodes of boxes that the agent could take hold of.
         """
         world = self._world
-        if len(world._box_nodes) == 0:
-            return -1
-        sight = world.sight()
-        box = sight.nearest_box(self.agent, self.node, world.level(self.agent), shunned, barred, others, past)
-        self.first = sight.step
-        return box
+        if len(world.box_node) == 0:
+            return -1, -1
+        level = world.level(self.agent)
+        return world.visibility().nearest_box(self.agent, self.node, level, shunned, barred, others, past)
 
     def way_to_hole(
         self, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
@@ -481,13 +474,7 @@ class LocalView:
             The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
         """
         self.box_node(box)
-        return self._world.sight().way_to(self.node, box, self.hole_node(hole), barred, avoided)
-
-    def chance(self, box: int, node: int) -> float:
-        """`feasible` for one neighbour of a visible box."""
-        self.box_node(box)
-        self._look_at(node)
-        return self._backend.feasible(self.agent, box, (node,))[0]
+        return self._world.visibility().way_to(self.node, box, self.hole_node(hole), barred, avoided)
 
     def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
         """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""

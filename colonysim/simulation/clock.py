@@ -1,4 +1,4 @@
-"""A backend with a clock of its own: advanced tick by tick while anybody is doing something, and not otherwise."""
+"""The process that advances a backend with a tick, while an action of that backend is pending."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ __all__ = ["Clock"]
 
 
 class Clock:
-    """Advances a backend while one of its actions is pending; sleeps otherwise.
+    """Advances a backend tick by tick while one of its actions is pending, and sleeps otherwise.
 
     Args:
         env: The environment of the episode.
         backend: The backend.
-        latest: Asked when the episode ends if nothing happens before.
-        ended: Called with an agent and an outcome, at the time at which the agent's action has ended.
+        latest: Returns the time at which the episode ends if nothing happens before, simulated seconds.
+        ended: Called with an agent and an outcome at the time at which the agent's action has ended.
     """
 
     def __init__(
@@ -37,22 +37,22 @@ class Clock:
         self._wanted: simpy.Event | None = None
 
     def expect(self, agent: int, until: float) -> None:
-        """Goes on until the action ends that an agent has just begun; by the time `until` it should have."""
+        """Adds the action that an agent has just begun; it should end by the time `until`, simulated seconds."""
         self._pending[agent] = until
         if self._wanted is not None and not self._wanted.triggered:
             self._wanted.succeed()
 
     @property
     def pending(self) -> bool:
-        """Whether an action has not ended."""
+        """Whether any action is pending."""
         return bool(self._pending)
 
     def until(self) -> float:
-        """The time by which all that is pending should have ended; 0 if nothing is."""
+        """The time by which all pending actions should have ended, simulated seconds; 0 if there are none."""
         return max(self._pending.values(), default=0.0)
 
     def cancel(self) -> None:
-        """Stops whoever is doing something."""
+        """Cancels all pending actions."""
         for agent in self._pending:
             self._backend.cancel(agent)
 
@@ -60,7 +60,7 @@ class Clock:
         """The clock's process.
 
         Args:
-            tick: Simulated seconds of one advance.
+            tick: Duration of one advance, simulated seconds.
         """
         env, pending = self._env, self._pending
         while True:
@@ -81,7 +81,11 @@ class Clock:
                     self._ended(agent, outcome)
 
     def _advance(self, now: float, tick: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
-        """Advances the backend, before `due` and up to `last`, until an action ends; returns when, and what did."""
+        """Advances the backend until an action ends, but not to the time `due` nor beyond `last`.
+
+        Returns:
+            The time reached, simulated seconds, and the actions that have ended then.
+        """
         advance = self._backend.advance
         finished = advance(now)
         while not finished and now + tick < due and now + tick <= last:

@@ -9,7 +9,7 @@ from colonysim.policies.view cimport LocalView
 from colonysim.simulation.alarms cimport Alarm
 from colonysim.simulation.waiting cimport Waiting
 from colonysim.trace.rows cimport Rows
-from colonysim.world.sight cimport Sight
+from colonysim.world.visibility cimport Visibility
 from colonysim.world.state cimport World
 
 cdef double ENDS, WOKEN, MOVED, SHORTEST_WAIT, ENOUGH, SELDOM, SHORT_WAIT
@@ -76,7 +76,7 @@ cdef class Episode:
         lost=cython.bint, now_at=int,
     )
     cdef bint _settle(self, int agent) except? -1
-    @cython.locals(world=World, rows=Rows, sight=Sight, count=int, clear=int)
+    @cython.locals(world=World, rows=Rows, visibility=Visibility, count=int, clear=int)
     cdef _rest(self, int agent, wait)
     @cython.locals(short=cython.bint, more=int, seconds=double)
     cdef double _length(self, int agent, double asked) except? -1

@@ -387,10 +387,10 @@ class Episode:
         """Applies what came of a move, deposits, and wakes who waited for what it changed; returns whether any did."""
         world, view, rows, node = self.world, self.views[agent], self.rows, self.target[agent]
         box, hole, outcome = self.box[agent], self.hole[agent], self.outcomes[agent]
-        origin, before = world._agent_nodes[agent], world._agents_from[agent]
+        origin, before = world.agent_node[agent], world.agent_from[agent]
         action, status, reason, lost, changed = "travel", "arrived", "", False, None
         if box >= 0:
-            action = "take" if world._box_nodes[box] == node else "push"
+            action = "take" if world.box_node[box] == node else "push"
         if outcome is None:
             now_at = self.ends_at[agent]
             world.arrive(agent, now_at, box, node)
@@ -428,11 +428,11 @@ class Episode:
             why = f"it has decided {DECISIONS} times to wait, and no time has passed: {wait}"
             raise PluginError(f"policy {self.policy.name!r}, agent {agent} at {self.now:g} s: {why}")
         if wait is None:
-            sight = world.sight()
-            count = sight.around(world._agent_nodes[agent])
-            self.waiting.begin_at(agent, sight.found, count)
+            visibility = world.visibility()
+            count = visibility.around(world.agent_node[agent])
+            self.waiting.begin_at(agent, visibility.found, count)
             if rows.kept or rows.hears_waits:
-                nodes = (min(sight.found[:count], default=-1),)
+                nodes = (min(visibility.found[:count], default=-1),)
             self._note_wait(agent, nodes)
         else:
             self._note_wait(agent, wait.nodes)
@@ -548,7 +548,7 @@ class Episode:
     ) -> None:
         """Lets an agent leave marks of every field where it stands, see `Visit`."""
         world, visit, rows = self.world, self.visit, self.rows
-        visit.moment, visit.agent, visit.node = moment, agent, world._agent_nodes[agent]
+        visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)
         visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
         for marks in self.marks:

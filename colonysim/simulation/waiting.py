@@ -1,5 +1,5 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False, cdivision=True
-"""Who waits for a change on which nodes."""
+"""Waiting agents, indexed by the nodes whose change wakes them."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ if TYPE_CHECKING:
 __all__ = ["Waiting"]
 
 FEW = 16
-"""Longer lists are cleared of waits that are over whenever they have become twice as long as after the last time."""
+"""A list longer than this is cleared of waits that are over when it is twice as long as after the last clearing."""
 NOTHING = -1
+"""Ends a chain of entries."""
 _NOT, _ASLEEP, _CALLED = 0, 1, 2
+"""States of an agent: not waiting; waiting; waiting, and called to wait no more."""
 
 
 class Waiting:
     """The agents that wait, and the nodes whose change wakes them.
 
-    A wait has a number of its own (it tells the agent too), and is over when its agent has another: it need not be
-    taken out of the nodes' lists at once, which in a crowd are long and change all the time. The lists are chained
-    through flat arrays: `_next` of an entry is the next one of its node.
+    Each wait has a sequence number, from which the agent follows (number modulo agents). A wait is over when its agent
+    has another sequence number; it is taken out of the nodes' lists later, since in a crowd these are long and change
+    all the time. The lists are chains in flat arrays: `_next` of an entry is the next one of the same node.
 
     Args:
         agents: How many agents there are.
         nodes: How many nodes there are.
-        rouse: Called with an agent that waits when it shall wait no more, once; `end` is then to follow.
+        rouse: Called once with an agent that is to wait no more; the caller then has to call `end`.
     """
 
     def __init__(self, agents: int, nodes: int, rouse: Callable[[int], None]) -> None:
@@ -39,7 +41,7 @@ class Waiting:
         self._count, self._used, self._spare = 0, 0, NOTHING
 
     def clear(self) -> None:
-        """Nobody waits any more, and nobody is called."""
+        """Ends all waits; nobody is called."""
         self._count, self._used, self._spare = 0, 0, NOTHING
         for agent in range(self._agents):
             self._states[agent], self._waits[agent] = _NOT, agent
@@ -47,7 +49,7 @@ class Waiting:
             self._first[node], self._long[node], self._full[node] = NOTHING, 0, FEW
 
     def begin(self, agent: int, nodes: Iterable[int]) -> int:
-        """An agent begins to wait for a change on one of the nodes, or to be called; returns the wait's number."""
+        """Lets an agent wait for a change on one of the nodes, or to be called; returns the wait's sequence number."""
         wait = self._begin(agent)
         for node in nodes:
             if 0 <= node < len(self._first):  # what a policy names need not exist
@@ -55,7 +57,7 @@ class Waiting:
         return wait
 
     def begin_at(self, agent: int, nodes: array[int], count: int) -> None:
-        """`begin` with the first `count` of some nodes that exist."""
+        """`begin` with the first `count` of `nodes`, all of which exist."""
         wait = self._begin(agent)
         for i in range(count):
             self._add(nodes[i], wait)
@@ -66,6 +68,7 @@ class Waiting:
         return self._waits[agent]
 
     def _add(self, node: int, wait: int) -> None:
+        """Appends a wait to the list of a node."""
         if self._long[node] >= self._full[node]:
             self._sweep(node)
         entry = self._spare
@@ -86,7 +89,7 @@ class Waiting:
         self._long[node] += 1
 
     def _sweep(self, node: int) -> None:
-        """Takes the waits that are over out of the list of a node."""
+        """Removes the waits that are over from the list of a node."""
         entry, before = self._first[node], NOTHING
         while entry != NOTHING:
             after, wait = self._next[entry], self._wait[entry]
@@ -108,7 +111,7 @@ class Waiting:
         return self._states[agent] != _NOT
 
     def end(self, agent: int) -> None:
-        """An agent waits no more."""
+        """Ends the wait of an agent."""
         self._states[agent] = _NOT
         self._count -= 1
         self._waits[agent] += self._agents
@@ -148,7 +151,7 @@ class Waiting:
             self._rouse(agent)
 
     def expire(self, wait: int) -> None:
-        """Calls the agent of a wait, if it is not over."""
+        """Calls the agent of the wait with a sequence number, if that wait is not over."""
         agent = wait % self._agents
         if self._waits[agent] == wait:
             self.call(agent)

@@ -1,4 +1,4 @@
-"""What SimPy itself can do: the yardstick that the speed of a simulation is measured by."""
+"""The speed of SimPy itself, with which the speed of a simulation is compared."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["timeouts_per_second"]
 
 
 def timeouts_per_second(processes: int, count: int, random: Random) -> float:
-    """Times bare timeouts, spread over processes that do nothing else.
+    """Timeouts processed in a second of wall-clock time, by SimPy processes that do nothing else.
 
     Args:
-        processes: As many as there would be agents.
-        count: Timeouts in all, at least one for each process.
-        random: Draws how long each lasts, so that they come in another order every time.
+        processes: The number of processes, as many as there would be agents.
+        count: The number of timeouts of all processes together; each has at least one.
+        random: Draws the duration of each timeout.
     """
     each = max(1, count // processes)
 

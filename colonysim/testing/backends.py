@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from array import array
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -194,9 +195,15 @@ def _check_cancel_and_leave(factory: Factory, scenario: Scenario, seed: int) -> 
         body.close()
 
 
+def _exits(world: World, agent: int) -> list[int]:
+    """The neighbours that an agent can travel to now."""
+    found = array("i", [0]) * world.topology.most_neighbours
+    return found[: world.exits(agent, found)].tolist()
+
+
 def _begin_a_move(body: WatchedBackend, world: World, agent: int) -> bool:
     """Whether an action is now pending."""
-    exits = world.exits(agent)
+    exits = _exits(world, agent)
     if not exits or body.start(agent, Travel(exits[0]), body.now) is not None:
         return False
     body.run(2.0 * (body.tick or 0.0))
@@ -204,7 +211,7 @@ def _begin_a_move(body: WatchedBackend, world: World, agent: int) -> bool:
 
 
 def _finish_a_move(body: WatchedBackend, world: World, agent: int) -> None:
-    exits = world.exits(agent)
+    exits = _exits(world, agent)
     if exits:
         move = Travel(exits[0])
         world.apply(agent, move, body.outcome_of(agent, move))

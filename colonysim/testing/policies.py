@@ -317,7 +317,7 @@ def _move_boxes(view: LocalView, hidden: Sequence[int], stream: random.Random) -
     for box, node in enumerate(world.box_node):
         if node in hidden:
             to = stream.choice(hidden)
-            world._move_box(box, to)
+            world.move_box(box, to)
             world.box_claim[box] = stream.randrange(-1, len(world.agent_node))
             changes.append(f"box {box} from {node} to {to}")
     return changes

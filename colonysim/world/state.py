@@ -1,4 +1,8 @@
-"""The state of an episode and the rules of the place. One door for change: `World.apply` and the calls around it."""
+"""The world: the state of an episode (agents, boxes, reservations) and the rules by which it may change.
+
+Outcomes are written by `World.apply` and `World.arrive`, reservations, claims and requests by the methods beside them;
+nothing else changes the state.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,8 @@ from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.world.intents import Push
-from colonysim.world.sight import Sight
 from colonysim.world.terrain import Terrain
+from colonysim.world.visibility import Visibility
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,17 +24,19 @@ if TYPE_CHECKING:
 __all__ = ["BARRED", "AgentStatus", "Place", "World", "nodes_of"]
 
 BARRED = ("no such move", "unreachable", "no such box", "out of reach", "cannot be pushed")
-"""Why the place does not allow a move, see `World.prospect`."""
+"""The reasons why the rules of the place forbid a move, by the index that `World.prospect` returns."""
 
 Place: TypeAlias = int | tuple[int, int]
 """What can be reserved: a node, or an edge (i, j) with i < j that a manoeuvre sweeps over."""
 
 
-_STATE = (
-    "surface", "occupant", "node_holder", "edge_holder", "reserved", "stacks", "top", "box_node", "box_base",
-    "box_claim", "box_stray", "agent_node", "agent_from", "agent_box", "agent_status", "clear_requests",
+_COLUMNS = (
+    "surface", "occupant", "node_holder", "top", "box_node", "box_base", "box_claim", "box_stray", "agent_node",
+    "agent_from", "agent_box", "agent_status", "reserved",
 )  # fmt: skip
-"""What changes in an episode."""
+"""What changes in an episode and has one value for each node, box or agent."""
+_TABLES = ("edge_holder", "stacks", "clear_requests")
+"""What changes in an episode and has values for a few nodes or edges only."""
 
 
 class AgentStatus(Enum):
@@ -43,14 +49,19 @@ class AgentStatus(Enum):
 
 
 class World:
-    """What is, as flat arrays indexed by node, agent or box; -1 stands for "none".
+    """The state of an episode as flat arrays indexed by node, agent, box or hole, and the rules that move it on.
 
-    Everybody may read it; only the simulation calls what changes it.
+    Everybody may read it; only the simulation calls what changes it. -1 stands for "none"; heights are in graph units.
+    The arrays are made once and filled anew by `reset`: who has got hold of one need not ask for it again.
 
     Attributes:
         scenario: What the world was built from.
         topology: The place itself.
+        terrain: Its edges and surfaces, and the rules of heights.
+        floor: Height of each node's bare surface.
         surface: Height of each node's surface with the boxes on it.
+        rim: Height of each hole's rim.
+        hole_node: The node of each hole, by the hole's key.
         hole_at: Key of the hole at each node, or -1.
         occupant: The agent whose body is on each node, or -1.
         stacks: For each node that has boxes, their numbers from bottom to top.
@@ -71,11 +82,10 @@ class World:
     """
 
     __slots__ = (
-        "_agent_boxes", "_agent_nodes", "_agents_from", "_box_bases", "_box_heights", "_box_nodes", "_ends", "_first",
-        "_floors", "_goal", "_heights", "_holders", "_hole_nodes", "_occupants", "_requests", "_requests_near", "_rims",
-        "_sight", "_tops", "agent_box", "agent_from", "agent_node", "agent_status", "box_base", "box_claim",
-        "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "hole_at", "node_holder", "occupant",
-        "reserved", "scenario", "stacks", "surface", "terrain", "top", "topology",
+        "_goal", "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
+        "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "floor",
+        "hole_at", "hole_node", "node_holder", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
+        "terrain", "top", "topology",
     )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:
@@ -86,13 +96,11 @@ class World:
         for key, hole in enumerate(scenario.holes):
             self.hole_at[hole.node] = key
         self.box_height = array("d", [box.height for box in scenario.boxes])
-        self._hole_nodes, self._box_heights = array("i", [hole.node for hole in scenario.holes]), self.box_height
+        self.hole_node = array("i", [hole.node for hole in scenario.holes])
         self.survey()
         self.surface = array("d", scenario.topology.z)
         self.terrain = Terrain(scenario, self.surface)
-        self._first, self._ends = self.terrain.first, self.terrain.ends
-        self._sight: Sight | None = None
-        # Allocated once: a reset fills them anew, and who has taken hold of them need not do so again.
+        self._visibility: Visibility | None = None
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.top, self.occupant, self.node_holder = (array("i", [-1]) * size for _ in range(3))
         self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
@@ -106,23 +114,19 @@ class World:
         self.stacks: dict[int, list[int]] = {}
         self.clear_requests: dict[int, int] = {}
         self._requests, self._requests_near = 0, array("i", [0]) * size
-        self._bind()
         self.reset()
 
     def survey(self) -> None:
-        """Takes the heights of the place and the rims of its holes from the scenario: once, for they do not change.
-
-        Whoever does change them, to see what depends on them, calls it again.
-        """
-        self._floors = array("d", self.scenario.topology.z)
-        self._rims = array("d", [hole.rim for hole in self.scenario.holes])
+        """Copies the heights of nodes and rims from the scenario; to be called again if these are changed."""
+        self.floor = array("d", self.scenario.topology.z)
+        self.rim = array("d", [hole.rim for hole in self.scenario.holes])
 
     def reset(self) -> None:
-        """Puts everything where the scenario says it starts."""
-        scenario, nowhere = self.scenario, array("i", [-1])
-        self._heights[:] = self._floors
-        for array_of_nodes in (self.top, self.occupant, self.node_holder):
-            array_of_nodes[:] = nowhere * len(array_of_nodes)
+        """Puts agents and boxes where they start, and ends all claims, reservations and requests."""
+        scenario = self.scenario
+        self.surface[:] = self.floor
+        for node in range(len(self.top)):
+            self.top[node] = self.occupant[node] = self.node_holder[node] = -1
         for part in (self.edge_holder, self.stacks, self.clear_requests):
             part.clear()
         if self._requests:
@@ -135,22 +139,18 @@ class World:
             self._put_box(box, start.node)
         self.agent_status[:], self.reserved[:] = [AgentStatus.ACTIVE] * agents, [()] * agents
         for agent, node in enumerate(scenario.agents):
-            self._agent_nodes[agent], self._agent_boxes[agent], self.agent_from[agent] = node, -1, -1
-            self._occupants[node] = agent
-
-    def _bind(self) -> None:
-        """The arrays once more, as what compiled code reads without making objects of their numbers (`state.pxd`)."""
-        self._heights = self.terrain.surface = self.surface
-        self._occupants, self._holders, self._tops = self.occupant, self.node_holder, self.top
-        self._box_nodes, self._box_bases = self.box_node, self.box_base
-        self._agent_nodes, self._agents_from, self._agent_boxes = self.agent_node, self.agent_from, self.agent_box
+            self.agent_node[agent], self.agent_box[agent], self.agent_from[agent] = node, -1, -1
+            self.occupant[node] = agent
 
     def __deepcopy__(self, memo: dict[int, object]) -> World:
         """Another world in the same state, of a scenario of its own: who changes one leaves the other alone."""
         twin = World(deepcopy(self.scenario, memo))
-        for name in _STATE:
-            setattr(twin, name, deepcopy(getattr(self, name), memo))
-        twin._bind()
+        for name in _COLUMNS:
+            getattr(twin, name)[:] = getattr(self, name)
+        for name in _TABLES:
+            table = getattr(twin, name)
+            table.clear()
+            table.update(deepcopy(getattr(self, name), memo))
         for node in twin.clear_requests:
             twin._count_request(node, 1)
         return twin
@@ -159,15 +159,15 @@ class World:
 
     def level(self, agent: int) -> float:
         """The height `agent` stands at: its node's surface, or the base of the box it shares the node with."""
-        box = self._agent_boxes[agent]
-        return self._box_bases[box] if box >= 0 else self._heights[self._agent_nodes[agent]]
+        box = self.agent_box[agent]
+        return self.box_base[box] if box >= 0 else self.surface[self.agent_node[agent]]
 
     def arrived(self, agent: int) -> bool:
         """Whether `agent` stands on the goal itself, and not behind a box on it."""
-        return self._agent_nodes[agent] == self._goal and self._agent_boxes[agent] < 0
+        return self.agent_node[agent] == self._goal and self.agent_box[agent] < 0
 
     def passable(self, level: float, i: int, j: int) -> bool:
-        """Whether somebody standing at height `level` on `i` can travel to its neighbour `j`.
+        """Whether an agent standing at height `level` on `i` can travel to `j`; False if no edge leads there.
 
         The surfaces must differ by less than `reach`; on a slope its nominal rise is taken off first.
         """
@@ -176,26 +176,24 @@ class World:
 
     def reachable(self, i: int, j: int) -> bool:
         """Whether `j` can be reached from the surface of its neighbour `i`."""
-        return self.passable(self._heights[i], i, j)
+        return self.passable(self.surface[i], i, j)
 
-    def ways(self, level: float, node: int) -> list[tuple[int, float]]:
+    def reachable_neighbours(self, level: float, node: int) -> list[tuple[int, float]]:
         """The neighbours that are passable from height `level` on `node`, with the lengths of the edges."""
         found, terrain = [], self.terrain
-        for edge in range(self._first[node], self._first[node + 1]):
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
             if terrain.leads(level, edge):
                 found.append((terrain.ends[edge], terrain.lengths[edge]))
         return found
 
-    def exits(self, agent: int) -> list[int]:
-        """The neighbours that `agent` can travel to and that nobody else occupies or has reserved."""
-        found = array("i", [0]) * len(self.topology.neighbours[self._agent_nodes[agent]])
-        return found[: self.exits_into(agent, found)].tolist()
+    def exits(self, agent: int, found: array[int]) -> int:
+        """Writes the neighbours that `agent` can travel to and that nobody else occupies or has reserved into `found`.
 
-    def exits_into(self, agent: int, found: array[int]) -> int:
-        """Writes the nodes of `exits` into `found`; returns how many there are."""
-        node, level, terrain, count = self._agent_nodes[agent], self.level(agent), self.terrain, 0
-        for edge in range(self._first[node], self._first[node + 1]):
-            j = self._ends[edge]
+        Returns how many there are; `found` must have room for all neighbours of the agent's node.
+        """
+        node, level, terrain, count = self.agent_node[agent], self.level(agent), self.terrain, 0
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            j = terrain.ends[edge]
             if terrain.leads(level, edge) and self.free(agent, j):
                 found[count] = j
                 count += 1
@@ -206,33 +204,51 @@ class World:
         return self.terrain.edge(i, j) >= 0
 
     def beside_box(self, node: int, other: int) -> bool:
-        """Whether `other` is next to a box that stands next to `node`."""
-        if not 0 <= other < len(self._tops):
+        """Whether there is a box on a node that is a neighbour of both `node` and `other`."""
+        if not 0 <= other < len(self.top):
             return False
-        for way in range(self._first[other], self._first[other + 1]):
-            if self._tops[self._ends[way]] >= 0 and self.adjacent(node, self._ends[way]):
+        terrain = self.terrain
+        for edge in range(terrain.first[other], terrain.first[other + 1]):
+            j = terrain.ends[edge]
+            if self.top[j] >= 0 and self.adjacent(node, j):
                 return True
         return False
 
-    def hole_node(self, hole: int) -> int:
-        """Where a hole is."""
-        return self._hole_nodes[hole]
+    def box_beside(self, node: int) -> bool:
+        """Whether there is a box on `node` or next to it."""
+        if self.top[node] >= 0:
+            return True
+        terrain = self.terrain
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            j = terrain.ends[edge]
+            if self.top[j] >= 0:
+                return True
+        return False
 
-    def top_box(self, node: int) -> int:
-        """The topmost box on `node`, or -1."""
-        return self._tops[node]
+    def headroom(self, hole: int) -> float:
+        """How far the surface in `hole` lies below the hole's rim; negative for a hill."""
+        return self.rim[hole] - self.surface[self.hole_node[hole]]
+
+    def base_of(self, box: int, node: int) -> float:
+        """The height of the underside of `box`, if it stands on `node`, else the one that it would have there."""
+        return self.box_base[box] if self.box_node[box] == node else self.surface[node]
+
+    def held_box(self, agent: int) -> int:
+        """The box that `agent` holds and shares the node with, or -1."""
+        box = self.agent_box[agent]
+        return box if box >= 0 and self.box_claim[box] == agent else -1
 
     def graspable(self, agent: int, box: int, level: float, node: int) -> bool:
         """Whether `agent`, standing at height `level` on `node`, could hold `box` on that node or a neighbouring one.
 
         The box must be on top, unclaimed and its base level with the agent.
         """
-        at, claim = self._box_nodes[box], self.box_claim[box]
-        if self._tops[at] != box or (claim != -1 and claim != agent):
+        at, claim = self.box_node[box], self.box_claim[box]
+        if self.top[at] != box or (claim != -1 and claim != agent):
             return False
         edge = -1 if at == node else self.terrain.edge(node, at)
         rise = self.terrain.rises[edge] if edge >= 0 else 0.0
-        return self.terrain.is_level(self._box_bases[box] - level - rise)
+        return self.terrain.is_level(self.box_base[box] - level - rise)
 
     def can_slide(self, base: float, i: int, j: int) -> bool:
         """Whether a box whose underside is at height `base` on `i` may be pushed to its neighbour `j`.
@@ -248,54 +264,52 @@ class World:
         return edge >= 0 and self.terrain.falls(base, edge)
 
     def prospect(self, agent: int, node: int, box: int) -> int:
-        """Where `agent` would stand after it has gone to a node beside it: the node, or its own after a box that falls.
+        """The node where `agent` would stand after a move that succeeds, or why the rules of the place forbid the move.
 
         Args:
-            agent: Who.
-            node: Where it goes, or where a box goes that it pushes.
-            box: The box that it pushes from its own node, or whose node it steps to; -1 to travel.
+            agent: The agent that moves.
+            node: The neighbouring node that it travels to, or pushes the box to.
+            box: The box that it pushes from its own node, or that it takes hold of by stepping to the box's node; -1 to
+                travel.
 
         Returns:
-            The node, or a negative number if the place does not allow it: -1 less the index of the reason in `BARRED`.
+            `node`, or the agent's own node if the box drops there and its pusher stays behind. If the move is
+            forbidden, -1 less the index of the reason in `BARRED`.
         """
-        at, terrain = self._agent_nodes[agent], self.terrain
+        at, terrain = self.agent_node[agent], self.terrain
         edge = terrain.edge(at, node)
         if edge < 0:
             return -1
         if box < 0:
             return node if terrain.leads(self.level(agent), edge) else -2
-        if box >= len(self._box_nodes):
+        if box >= len(self.box_node):
             return -3
-        if self._box_nodes[box] == node:
+        if self.box_node[box] == node:
             return node if self.graspable(agent, box, self.level(agent), at) else -4
-        base = self._box_bases[box]
-        if self._box_nodes[box] != at or self._tops[at] != box or not terrain.slides(base, edge):
+        base = self.box_base[box]
+        if self.box_node[box] != at or self.top[at] != box or not terrain.slides(base, edge):
             return -5
         return at if terrain.falls(base, edge) else node
 
     def free(self, agent: int, node: int) -> bool:
         """Whether nobody but `agent` occupies or has reserved `node`."""
-        occupant, holder = self._occupants[node], self._holders[node]
+        occupant, holder = self.occupant[node], self.node_holder[node]
         return (occupant == -1 or occupant == agent) and (holder == -1 or holder == agent)
 
     def occupied_by_another(self, agent: int, node: int) -> bool:
         """Whether somebody but `agent` stands on `node`."""
-        occupant = self._occupants[node]
+        occupant = self.occupant[node]
         return occupant != -1 and occupant != agent
 
-    def holder(self, place: Place) -> int:
-        """The agent that has reserved a node or an edge, or -1."""
-        return self._holders[place] if isinstance(place, int) else self.edge_holder.get(place, -1)
-
-    def sight(self) -> Sight:
-        """What can be seen from a node; made when first asked for."""
-        if self._sight is None:
-            self._sight = Sight(self.scenario)
-            self._sight.bind(self)
-        return self._sight
+    def visibility(self) -> Visibility:
+        """The index of what is visible from each node; made when first asked for."""
+        if self._visibility is None:
+            self._visibility = Visibility(self.scenario)
+            self._visibility.bind(self)
+        return self._visibility
 
     def _check(self, node: int) -> None:
-        if not 0 <= node < len(self._tops):
+        if not 0 <= node < len(self.top):
             raise IndexError(f"there is no node {node}")
 
     def boxes_near(self, node: int) -> list[int]:
@@ -305,12 +319,12 @@ class World:
             IndexError: There is no such node.
         """
         self._check(node)
-        return self.sight().boxes(node) if self.scenario.boxes else []
+        return self.visibility().boxes(node) if self.scenario.boxes else []
 
     def holes_near(self, node: int) -> tuple[int, ...]:
         """The keys of the holes within the detection radius of `node`, ascending."""
         self._check(node)
-        return self.sight().holes(node) if self.scenario.holes else ()
+        return self.visibility().holes(node) if self.scenario.holes else ()
 
     def seated(self) -> int:
         """How many boxes lie in a hole."""
@@ -330,13 +344,15 @@ class World:
         self._count_request(node, -1)
 
     def _count_request(self, node: int, more: int) -> None:
+        """Adds `more` (1 or -1) to the requests near a node and near each of its neighbours."""
         self._requests += more
         self._requests_near[node] += more
-        for way in range(self._first[node], self._first[node + 1]):
-            self._requests_near[self._ends[way]] += more
+        terrain = self.terrain
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            self._requests_near[terrain.ends[edge]] += more
 
     def requested_near(self, node: int) -> bool:
-        """Whether anybody may ask for a node or a neighbour of it; if not, none needs to be looked up."""
+        """Whether there may be a request for `node` or a neighbour of it; if not, none needs to be looked up."""
         return self._requests_near[node] > 0 or self._requests != len(self.clear_requests)
 
     # -- reservations ----------------------------------------------------------------------------------------------
@@ -344,10 +360,9 @@ class World:
     def blockers(self, agent: int, places: Iterable[Place]) -> list[int]:
         """The nodes whose change could free `places` for `agent`; empty if all are free."""
         taken = []
-        occupant, holder, nobody = self.occupant, self.node_holder, (-1, agent)
         for place in places:
             if isinstance(place, int):
-                if occupant[place] not in nobody or holder[place] not in nobody:
+                if not self.free(agent, place):
                     taken.append(place)
             elif self.edge_holder.get(place, -1) not in (-1, agent):
                 taken.extend(place)
@@ -361,7 +376,7 @@ class World:
         self._free_held(agent)
         for place in places:
             if isinstance(place, int):
-                self._holders[place] = agent
+                self.node_holder[place] = agent
             else:
                 self.edge_holder[place] = agent
         self.reserved[agent] = places
@@ -373,7 +388,7 @@ class World:
             return False
         if self.reserved[agent]:
             self._free_held(agent)
-        self._holders[node] = agent
+        self.node_holder[node] = agent
         self.reserved[agent] = (node,)
         return True
 
@@ -382,29 +397,31 @@ class World:
         return nodes_of(self._free_held(agent))
 
     def _free_held(self, agent: int) -> tuple[Place, ...]:
+        """Gives up all that `agent` has reserved; returns it."""
         held = self.reserved[agent]
         if held:
             for place in held:
                 if isinstance(place, int):
-                    self._holders[place] = -1
+                    self.node_holder[place] = -1
                 else:
                     self.edge_holder.pop(place, None)
             self.reserved[agent] = ()
         return held
 
-    def held(self, agent: int) -> tuple[Place, ...]:
-        """What `agent` has reserved."""
-        return self.reserved[agent]
-
     # -- change ----------------------------------------------------------------------------------------------------
 
     def claim(self, agent: int, pushed: int) -> bool:
-        """Takes note that `agent` begins to push a box, or to travel if it is -1; returns whether it claims a box now.
+        """Records the claim of `agent`, which begins a move, and ends the one on any other box that it held.
 
-        Any other box that it held is let go.
+        Args:
+            agent: The agent.
+            pushed: The box that it begins to push or to take hold of, or -1 if it travels.
+
+        Returns:
+            Whether the claim on `pushed` is new.
         """
         claimed = pushed >= 0 and self.box_claim[pushed] != agent
-        held = self._agent_boxes[agent]
+        held = self.agent_box[agent]
         if held >= 0 and held != pushed and self.box_claim[held] == agent:
             self.box_claim[held] = -1
         if pushed >= 0:
@@ -413,13 +430,13 @@ class World:
 
     def apply(self, agent: int, intent: Intent, outcome: Outcome) -> set[int]:
         """Writes what an outcome says; returns every node at which something changed."""
-        origin, node = self._agent_nodes[agent], outcome.node
+        origin, node = self.agent_node[agent], outcome.node
         changed = set(nodes_of(self._free_held(agent)))
         for place in outcome.boxes:
-            changed.add(self._box_nodes[place.box])
+            changed.add(self.box_node[place.box])
             changed.add(place.node)
             self.box_stray[place.box] = place.stray
-            self._move_box(place.box, place.node)
+            self.move_box(place.box, place.node)
         if node != origin:
             self._step(agent, node)
             changed.add(origin)
@@ -427,117 +444,121 @@ class World:
         if isinstance(intent, Push):
             self._settle_push(agent, intent.box, node, origin)
         elif node != origin:
-            self._agent_boxes[agent] = -1
+            self.agent_box[agent] = -1
         if outcome.lost:
             self.agent_status[agent] = AgentStatus.LOST
-            if self._agent_boxes[agent] >= 0:
-                self.box_claim[self._agent_boxes[agent]] = -1
+            if self.agent_box[agent] >= 0:
+                self.box_claim[self.agent_box[agent]] = -1
         elif outcome.keeps:
             self._keep(agent, outcome.keeps)
         return changed
 
     def arrive(self, agent: int, node: int, box: int, to: int) -> None:
-        """`apply` for a move that came out as `prospect` says, on a node that alone was reserved for it.
+        """`apply` without an `Outcome`, for a move that ended as `prospect` said and had reserved its target only.
 
-        What changed lies on the node where the agent was and on the one it made for.
+        Something changes on two nodes only: the agent's origin and its target.
 
         Args:
-            agent: Who moved.
+            agent: The agent that moved.
             node: Where the agent is now.
-            box: The box that it pushed, or whose node it stepped to; -1 if it travelled.
-            to: Where that box is now.
+            box: The box that it pushed or took hold of; -1 if it travelled.
+            to: The node where that box is now.
         """
-        origin = self._agent_nodes[agent]
+        origin = self.agent_node[agent]
         self._free_held(agent)
         if box >= 0:
-            self._move_box(box, to)
+            self.move_box(box, to)
         if node != origin:
             self._step(agent, node)
         if box >= 0:
             self._settle_push(agent, box, node, origin)
         elif node != origin:
-            self._agent_boxes[agent] = -1
+            self.agent_box[agent] = -1
 
     def _step(self, agent: int, node: int) -> None:
-        origin = self._agent_nodes[agent]
-        if self._occupants[origin] == agent:
-            self._occupants[origin] = -1
-        self._occupants[node] = agent
-        self._agent_nodes[agent] = node
-        self._agents_from[agent] = origin
+        """Moves an agent to a node."""
+        origin = self.agent_node[agent]
+        if self.occupant[origin] == agent:
+            self.occupant[origin] = -1
+        self.occupant[node] = agent
+        self.agent_node[agent] = node
+        self.agent_from[agent] = origin
 
     def _settle_push(self, agent: int, box: int, node: int, origin: int) -> None:
-        """After a push: do agent and box still share a node, and is the box still the agent's?"""
-        if self._box_nodes[box] == node:
-            self._agent_boxes[agent] = box
+        """Ends the claim of an agent that no longer shares a node with the box that it has pushed."""
+        if self.box_node[box] == node:
+            self.agent_box[agent] = box
         else:
             self.box_claim[box] = -1
             # A refused first step leaves the agent where it was, perhaps beside another box of its own.
-            if node != origin or self._agent_boxes[agent] == box:
-                self._agent_boxes[agent] = -1
+            if node != origin or self.agent_box[agent] == box:
+                self.agent_box[agent] = -1
 
     def _keep(self, agent: int, nodes: tuple[int, ...]) -> None:
+        """Reserves for an agent those of `nodes` that are free, see `Outcome.keeps`."""
         free = tuple(n for n in nodes if self.free(agent, n))
         for n in free:
-            self._holders[n] = agent
+            self.node_holder[n] = agent
         self.reserved[agent] = free
 
     def leave(self, agent: int) -> int:
         """Takes an agent that is at the goal out of the world; returns its node."""
-        node = self._agent_nodes[agent]
-        if self._occupants[node] == agent:
-            self._occupants[node] = -1
+        node = self.agent_node[agent]
+        if self.occupant[node] == agent:
+            self.occupant[node] = -1
         self._free_held(agent)
-        box = self._agent_boxes[agent]
+        box = self.agent_box[agent]
         if box >= 0 and self.box_claim[box] == agent:
             self.box_claim[box] = -1
-        self._agent_boxes[agent] = -1
+        self.agent_box[agent] = -1
         self.agent_status[agent] = AgentStatus.GOAL
         return node
 
     def spend(self, agent: int) -> None:
         """The agent has used up its steps: it stays where it is and lets go of its box."""
         self.agent_status[agent] = AgentStatus.SPENT
-        box = self._agent_boxes[agent]
+        box = self.agent_box[agent]
         if box >= 0 and self.box_claim[box] == agent:
             self.box_claim[box] = -1
 
     def _put_box(self, box: int, node: int) -> None:
+        """Puts a box that stands nowhere on top of whatever stands on a node."""
         stack = self.stacks.setdefault(node, [])
-        self._box_bases[box] = self._heights[node]
+        self.box_base[box] = self.surface[node]
         stack.append(box)
-        self._box_nodes[box] = node
-        self._tops[node] = box
-        self._heights[node] = self._height(node)
+        self.box_node[box] = node
+        self.top[node] = box
+        self.surface[node] = self._height(node)
 
-    def _move_box(self, box: int, node: int) -> None:
-        old = self._box_nodes[box]
+    def move_box(self, box: int, node: int) -> None:
+        """Puts `box` on top of whatever stands on `node`; what stood on it sinks."""
+        old = self.box_node[box]
         if old == node:
             return
         stack = self.stacks[old]
         stack.remove(box)
-        base = self._floors[old]
+        base = self.floor[old]
         for other in stack:
-            self._box_bases[other] = base
-            base += self._box_heights[other]
-        self._tops[old] = stack[-1] if stack else -1
+            self.box_base[other] = base
+            base += self.box_height[other]
+        self.top[old] = stack[-1] if stack else -1
         if not stack:
             del self.stacks[old]
-        self._heights[old] = self._height(old)
+        self.surface[old] = self._height(old)
         self._put_box(box, node)
 
     def _height(self, node: int) -> float:
-        """A node's surface, summed from the bottom each time, so that no rounding error piles up."""
-        height = self._floors[node]
+        """The height of a node's surface: floor plus boxes, summed anew so that no rounding error accumulates."""
+        height = self.floor[node]
         stack = self.stacks.get(node)
         if stack is not None:
             for box in stack:
-                height += self._box_heights[box]
+                height += self.box_height[box]
         return height
 
 
 def nodes_of(places: Iterable[Place]) -> list[int]:
-    """The nodes of some places, and those at the ends of edges among them."""
+    """All nodes among some places: the places that are nodes, and both ends of those that are edges."""
     nodes: list[int] = []
     for place in places:
         if isinstance(place, int):

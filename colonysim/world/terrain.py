@@ -1,5 +1,5 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False
-"""The heights of the place and what they allow: who can go where, and what can be pushed where."""
+"""The rules of heights: along which edges an agent can travel and a box can be pushed."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ SAME_HEIGHT = 1e-6
 class Terrain:
     """The edges of the graph and the surfaces of its nodes, in flat arrays.
 
-    The edges out of node i have the indices `first[i]` to `first[i + 1]`, that one left out. Whoever moves a box
-    changes `surface`; the rest never changes.
+    The edges out of node i have the indices `first[i]` to `first[i + 1] - 1`. Only `surface` ever changes: when a box
+    is moved.
 
     Args:
         scenario: Its place and rules.
         surface: The height of each node's surface with the boxes on it, graph units; the world's own array.
 
     Attributes:
-        first: The index of each node's first edge, and behind it the number of edges.
-        ends: The node to which each edge leads.
+        first: The index of each node's first edge, and behind them the number of edges (nodes + 1 values).
+        ends: The node that each edge leads to.
         lengths: The length of each edge, graph units in the xy plane.
         rises: How much each edge rises if it is a slope, graph units; 0 for others.
-        surface: The same array.
+        surface: The array given.
         reach: Heights that differ by less than this are level, graph units.
+        size: The number of nodes.
     """
 
     def __init__(self, scenario: Scenario, surface: array[float]) -> None:
@@ -64,7 +65,7 @@ class Terrain:
         return -self.reach < difference < self.reach
 
     def leads(self, level: float, edge: int) -> bool:
-        """Whether somebody who stands at height `level` can travel along an edge."""
+        """Whether an agent that stands at height `level` can travel along an edge."""
         return self.is_level(self.surface[self.ends[edge]] - level - self.rises[edge])
 
     def slides(self, base: float, edge: int) -> bool:

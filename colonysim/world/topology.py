@@ -18,13 +18,13 @@ __all__ = ["Edges", "Topology"]
 
 
 class Edges(NamedTuple):
-    """All ways out of all nodes, one after the other: those of node i are at `first[i]` to `first[i + 1] - 1`.
+    """The directed edges of a place in flat arrays; node i has those with the indices `first[i]` to `first[i + 1] - 1`.
 
     Attributes:
-        first: Where the ways of each node begin, and where those of the last one end.
-        ends: The neighbour that each way leads to, ascending for each node.
-        lengths: Its length in the xy plane.
-        rises: On a slope, how much the neighbour lies above; else 0.
+        first: The index of each node's first edge, and behind them the number of edges (nodes + 1 values).
+        ends: The node that each edge leads to, ascending for each node.
+        lengths: The length of each edge in the xy plane, graph units.
+        rises: On a slope how much the end of the edge lies above its beginning, graph units; else 0.
     """
 
     first: array[int]
@@ -75,10 +75,10 @@ class Topology:
         y = tuple(float(p[1]) for p in positions)
         z = tuple(float(p[2]) for p in positions)
         joined: list[list[int]] = [[] for _ in ids]
-        number = list(range(len(ids)))  # one object for each, not one for each edge
+        nodes = list(range(len(ids)))  # one object for each node, not one for each edge
         for i, j in edges:
-            joined[i].append(number[j])
-            joined[j].append(number[i])
+            joined[i].append(nodes[j])
+            joined[j].append(nodes[i])
         neighbours = tuple(tuple(sorted(set(others))) for others in joined)
         del joined
         lengths = tuple(
@@ -100,20 +100,11 @@ class Topology:
     @cached_property
     def index(self) -> dict[int, int]:
         """From a node's number in the scenario file to its index."""
-        return {number: i for i, number in enumerate(self.ids)}
-
-    @cached_property
-    def ways(self) -> tuple[tuple[tuple[int, float, float], ...], ...]:
-        """For each node its neighbours, each with the edge's length and, on a slope, how much it rises."""
-        rises = self.rises
-        return tuple(
-            tuple((j, length, rises.get((i, j), 0.0)) for j, length in zip(others, self.lengths[i], strict=True))
-            for i, others in enumerate(self.neighbours)
-        )
+        return {node_id: node for node, node_id in enumerate(self.ids)}
 
     @cached_property
     def edges(self) -> Edges:
-        """The same ways in four flat arrays."""
+        """All directed edges in four flat arrays; made when first asked for."""
         rises = self.rises
         return Edges(
             array("i", accumulate(map(len, self.neighbours), initial=0)),
@@ -156,8 +147,8 @@ class Topology:
         import networkx as nx
 
         graph: nx.Graph[int] = nx.Graph()
-        for i, number in enumerate(self.ids):
-            graph.add_node(number, pos=(self.x[i], self.y[i]), z=self.z[i])
+        for i, node_id in enumerate(self.ids):
+            graph.add_node(node_id, pos=(self.x[i], self.y[i]), z=self.z[i])
         for i, others in enumerate(self.neighbours):
             for j, length in zip(others, self.lengths[i], strict=True):
                 if i < j:

@@ -80,11 +80,11 @@ def test_who_looks_on_goes_past_a_useless_box_to_the_one_before_the_hole():
 def test_ways_past_boxes_lead_over_their_nodes_and_only_if_asked_for():
     scenario = line(6, goal=5, agents=[0], boxes=[(1, BOX), (3, BOX)], detection_radius=20.0)
     view = LocalView(World(scenario), {}, NodeWorld(), 0)
-    assert view.find_box(-1, 5) == 0 and view.first == 1
-    assert view.find_box(-1, 5, [0]) == -1
-    assert view.find_box(-1, 5, [0], True) == 1 and view.first == 1
+    assert view.find_box(-1, 5) == (0, 1)
+    assert view.find_box(-1, 5, [0]) == (-1, -1)
+    assert view.find_box(-1, 5, [0], True) == (1, 1)
     view._world.box_claim[0] = 7
-    assert view.find_box(-1, 5, [0], True) == -1, "nobody gets past a box that somebody else holds"
+    assert view.find_box(-1, 5, [0], True) == (-1, -1), "nobody gets past a box that somebody else holds"
 
 
 def test_the_paper_neither_looks_on_nor_grows_restless():

@@ -130,5 +130,5 @@ def test_a_memory_may_be_more_than_ours():
 def test_many_holes_are_looked_for(monkeypatch):
     scenario = random_scenario(7, max_nodes=30, max_agents=5)
     noted = colonysim.run(scenario, episodes=2, seed=1, trace=False).trace_sha256
-    monkeypatch.setattr("colonysim.world.sight.ROOM", -1)
+    monkeypatch.setattr("colonysim.world.visibility.ROOM", -1)
     assert colonysim.run(scenario, episodes=2, seed=1, trace=False).trace_sha256 == noted

@@ -40,12 +40,14 @@ def check(world: World) -> None:
         if box >= 0:
             assert world.box_claim[box] in (-1, agent)
     for agent in here:
-        for place in world.held(agent):
-            assert world.holder(place) == agent
-            assert not isinstance(place, int) or world.occupant[place] in (-1, agent)
+        for place in world.reserved[agent]:
+            if isinstance(place, int):
+                assert world.node_holder[place] == agent and world.occupant[place] in (-1, agent)
+            else:
+                assert world.edge_holder[place] == agent
     for node in range(len(topology)):
-        holder = world.holder(node)
-        assert holder == -1 or node in world.held(holder)
+        holder = world.node_holder[node]
+        assert holder == -1 or node in world.reserved[holder]
     for node in range(len(topology)):
         seen = [box for box in range(len(scenario.boxes))
                 if topology.distance(world.box_node[box], node) <= scenario.detection_radius]  # fmt: skip

@@ -30,7 +30,7 @@ class Watched(Stigmergy):
         state = (
             list(world.surface), list(world.box_node), list(world.box_claim), list(world.agent_node),
             list(world.agent_box), list(world.agent_from), list(world.agent_status), list(world.occupant),
-            [world.held(a) for a in range(len(world.agent_node))], dict(world.clear_requests),
+            list(world.reserved), dict(world.clear_requests),
         )  # fmt: skip
         self.began.append((agent, memory, state))
         return super().begin(agent, memory)

@@ -452,20 +452,16 @@ def test_the_nearest_box_by_path_is_the_candidate():
     edges = [(0, 1), (1, 3), (0, 7), (7, 6), (6, 2), (3, 4), (2, 8)]
     mind = Mind(place(points, edges, goal=5, agents=[0], detection_radius=30.0, boxes=[(3, 1.0), (2, 1.0)],
                       holes={4: HOLE, 8: HOLE}))  # fmt: skip
-    from colonysim.policies.paths import nearest_box
-
-    assert nearest_box(mind.view) == (0, 1)
-    assert nearest_box(mind.view, (0,)) == (1, 7)
+    assert mind.view.nearest_box() == (0, 1)
+    assert mind.view.nearest_box((0,)) == (1, 7)
     choice = mind.decide()
     assert choice.boxes[-1] == 0 and choice.intent == Travel(1)
 
 
 def test_a_box_s_way_does_not_lead_through_an_open_hole():
-    from colonysim.policies.paths import way_to_hole
-
     mind = Mind(line(6, goal=5, agents=[0], holes={2: HOLE, 4: HOLE}, boxes=[(1, 1.0)]))
-    assert way_to_hole(mind.view, 0, 0) == (1, 2)
-    assert way_to_hole(mind.view, 0, 1) == ()
+    assert mind.view.way_to_hole(0, 0) == (1, 2)
+    assert mind.view.way_to_hole(0, 1) == ()
 
 
 @pytest.mark.parametrize("name", ["colony", "paper", "oracle", "random"])

@@ -157,20 +157,20 @@ def test_two_boxes_fill_hole_29_and_a_third_makes_a_hill():
 def test_reservations_are_all_or_none_edges_included():
     world = World(line(6, goal=5, agents=[0, 2, 4]))
     assert world.reserve(0, [1, (0, 1)])
-    assert (world.holder(1), world.holder((0, 1))) == (0, 0)
+    assert (world.node_holder[1], world.edge_holder[0, 1]) == (0, 0)
     assert not world.reserve(1, [3, 1])
-    assert world.holder(3) == -1 and world.held(1) == ()
+    assert world.node_holder[3] == -1 and world.reserved[1] == ()
     assert not world.reserve(1, [3, (0, 1)])
-    assert world.holder(3) == -1
+    assert world.node_holder[3] == -1
     assert sorted(world.blockers(1, [3, 1, (0, 1)])) == [0, 1, 1]
     assert not world.reserve(1, [4]), "an occupied node is taken"
     assert world.reserve(2, [5]) and world.reserve(2, [3])
-    assert world.holder(5) == -1, "a new reservation replaces the old one"
+    assert world.node_holder[5] == -1, "a new reservation replaces the old one"
     assert world.free(0, 1) and not world.free(1, 1)
     world.apply(0, Travel(1), Outcome("arrived", 1))
-    assert world.holder(1) == -1 and world.holder((0, 1)) == -1
+    assert world.node_holder[1] == -1 and (0, 1) not in world.edge_holder
     assert list(world.occupant[:3]) == [-1, 0, 1]
-    assert world.release(2) == [3] and world.holder(3) == -1
+    assert world.release(2) == [3] and world.node_holder[3] == -1
 
 
 def test_who_arrives_keeps_nothing_reserved():
@@ -178,13 +178,13 @@ def test_who_arrives_keeps_nothing_reserved():
     body = NodeWorld()
     body.reset(world, Streams(0))
     for node, box in ((1, -1), (2, 0), (1, -1)):
-        assert world.reserve_node(0, node) and world.held(0) == (node,)
+        assert world.reserve_node(0, node) and world.reserved[0] == (node,)
         world.claim(0, box)
         world.arrive(0, node, box, node)
-        assert (world.held(0), list(world.node_holder)) == ((), [-1] * 4)
+        assert (world.reserved[0], list(world.node_holder)) == ((), [-1] * 4)
     assert world.reserve(0, {2, (1, 2)})
     world.apply(0, Travel(2), Outcome("arrived", 2))
-    assert (world.held(0), list(world.node_holder), world.edge_holder) == ((), [-1] * 4, {})
+    assert (world.reserved[0], list(world.node_holder), world.edge_holder) == ((), [-1] * 4, {})
 
 
 def test_claims_end_when_the_box_is_left_sunk_or_its_holder_is_done():

@@ -1,7 +1,7 @@
-"""Policies, fields and backends of others: what they answer is held against their protocol where it comes in, once.
+"""Adapters that check the answers of third parties' policies, fields and backends against the protocols.
 
-Compiled code reads numbers without looking twice, so one out of range must not get as far. Our own parts are trusted,
-and so is what is derived from them without changing what they do.
+Each answer is checked once, where it comes in: compiled code does not check indices, so none that is out of range may
+reach it. Parts of this package are not checked, nor are classes derived from them that replace no method.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _OWN |= {f"{kind.__module__}:{kind.__qualname__}" for kind in (BoxWorth, Distanc
 
 
 def _own(thing: object) -> bool:
-    """Whether something of this package answers: no method of ours is replaced, in a derived class or the object."""
+    """Whether a part is one of this package, or derived from one without replacing any of its methods."""
     kinds = type(thing).__mro__
     ours = next((kind for kind in kinds if f"{kind.__module__}:{kind.__qualname__}" in _OWN), None)
     if ours is None:

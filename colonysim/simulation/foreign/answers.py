@@ -1,4 +1,4 @@
-"""What the adapters of others' policies, fields and backends share: how they are called, and what an answer may be."""
+"""The base class of the adapters: calls a third party's part, and converts and checks its answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 ]  # fmt: skip
 
 PASSED_ON = (ColonysimError, MemoryError, KeyboardInterrupt)
-"""The first says already what is wrong, the others are no fault of the part's."""
+"""Errors that are passed on: the first already says what is wrong, the others are not the part's fault."""
 MOST = 4_000_000
 """No answer has so many items."""
 LARGEST = 2.0**53
@@ -36,7 +36,7 @@ LONGEST_TEXT = 1000
 
 
 def told(error: BaseException) -> str:
-    """An error's kind and words."""
+    """The class and the message of an error."""
     try:
         return f"{type(error).__name__}: {error}"
     except Exception:  # its words are another's code too
@@ -92,13 +92,13 @@ def real(value: Any) -> float | None:
 
 
 class Foreign:
-    """What all three have in common: they are called, and told what is wrong with the answer.
+    """Calls a part of a third party, and raises a `PluginError` that names the part if it fails.
 
     Args:
-        part: What another has written.
+        part: The policy, field or backend.
         what: "policy", "field" or "backend".
         world: The world; its scenario says what exists.
-        rows: Knows the time.
+        rows: The trace; tells the simulated time.
     """
 
     def __init__(self, part: Any, what: str, world: World, rows: Rows) -> None:

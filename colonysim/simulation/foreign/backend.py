@@ -1,4 +1,4 @@
-"""Backends of others: what they answer is held against the protocol."""
+"""The adapter that checks the answers of third parties' backends."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OF_BACKENDS = ("poses", "controls")
 
 
 class ForeignBackend(Foreign):
-    """Looks at what a backend of another answers."""
+    """A third party's backend; checks each of its answers against the protocol."""
 
     def __init__(self, backend: Backend, world: World, rows: Rows) -> None:
         super().__init__(backend, "backend", world, rows)
@@ -100,10 +100,10 @@ class ForeignBackend(Foreign):
         found: list[Any] = []
         for each in finished:
             try:
-                number, outcome = each
+                given_agent, outcome = each
             except (TypeError, ValueError):
                 raise self._fault(f"advance returns {SHOWN.repr(each)}, expected a Finished") from None
-            agent = whole(number)
+            agent = whole(given_agent)
             if agent not in self._under_way:
                 raise self._fault(f"advance returns {SHOWN.repr(each)}, but no such agent has an action under way")
             assert agent is not None

@@ -1,4 +1,4 @@
-"""Fields of others: each deposit is one call, and what it answers is held against the protocol."""
+"""The adapter that checks the answers of third parties' fields."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["ForeignField"]
 
 
 class ForeignField(Foreign, Marks):
-    """Looks at what a field of another answers."""
+    """A third party's field; each deposit is one call, and each answer is checked against the protocol."""
 
     def __init__(self, field: Field, world: World, rows: Rows) -> None:
         super().__init__(field, "field", world, rows)

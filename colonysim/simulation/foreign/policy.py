@@ -1,4 +1,4 @@
-"""Policies of others: each decision is one call, and what it answers is held against the protocol."""
+"""The adapter that checks the answers of third parties' policies."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["ForeignPolicy"]
 
 
 class ForeignPolicy(Foreign, Decider):
-    """Looks at what a policy of another decides."""
+    """A third party's policy; each decision is one call, and each answer is checked against the protocol."""
 
     def __init__(self, policy: Policy, world: World, rows: Rows) -> None:
         super().__init__(policy, "policy", world, rows)
@@ -119,10 +119,10 @@ class ForeignPolicy(Foreign, Decider):
         if not len(targets) == len(boxes) == len(chances):
             return f"its choice has {len(targets)} targets, {len(boxes)} boxes and {len(chances)} probabilities"
         for target, box, chance in zip(targets, boxes, chances, strict=True):
-            node, number = whole(target), whole(box)
+            node, given_box = whole(target), whole(box)
             if node is None or not 0 <= node < self._nodes:
                 return f"one of its targets is {SHOWN.repr(target)}, expected a node"
-            if number is None or not -1 <= number < self._boxes:
+            if given_box is None or not -1 <= given_box < self._boxes:
                 return f"one of the boxes of its choice is {SHOWN.repr(box)}, expected a box or -1"
             if real(chance) is None:
                 return f"one of its probabilities is {SHOWN.repr(chance)}, expected a number"

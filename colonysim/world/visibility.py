@@ -1,8 +1,8 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False
-"""What can be seen from a node, and the ways within: searches over flat arrays that cost what lies near.
+"""Visibility: the nodes, boxes and holes that an agent sees from a node, and shortest-path searches among them.
 
-What a search has reached carries its number, so that nothing has to be cleared before the next one. Installation
-compiles this file where there is a C compiler (`hatch_build.py`); `sight.pxd` says what its variables are then.
+All is kept in flat arrays. Searches never clear them: each has a sequence number, and a node counts as reached if it
+carries that of the search under way. So a search costs what lies within the radius, however large the place is.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from array import array
 from typing import TYPE_CHECKING
 
-from colonysim.world.near import near
+from colonysim.world.neighbourhoods import neighbourhoods
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -18,19 +18,31 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Hole, Scenario
     from colonysim.world.state import World
 
-__all__ = ["Sight"]
+__all__ = ["Visibility"]
 
 ROOM = 1 << 20
-"""Holes near nodes that come to more than this are not noted but looked for."""
+"""If there are more pairs of a node and a hole near it, the pairs are not stored: each query looks at all holes."""
 DIAGONAL = 0.7071067811865475
+"""1 / sqrt(2), for the octagonal norm."""
 SHORT = 1.0 - 1e-9
+"""Makes the estimate of A* a little less than the true distance, whatever is lost by rounding."""
 
 
-class Sight:
-    """The nodes and boxes within the detection radius of one node at a time, and searches among them.
+class Visibility:
+    """The nodes and boxes that are visible from one node at a time, and searches among them.
+
+    A node is visible if it lies within the detection radius R or is a neighbour. Most methods take the node to look
+    from; what is visible from it is kept until another node is asked about.
 
     Args:
-        scenario: Its place, radius and rules.
+        scenario: Its topology, detection radius, holes and rules.
+
+    Attributes:
+        neighbourhoods: For each node the nodes within R.
+        found: Nodes that `around` has written.
+        hole_node: The node of each hole.
+        hole_keys: Keys of holes; `find_holes` says where those near a node begin.
+        holes_start: The index in `hole_keys` of the first hole that `find_holes` has found.
     """
 
     holes_kept: bool
@@ -39,20 +51,21 @@ class Sight:
 
     def __init__(self, scenario: Scenario) -> None:
         topology = scenario.topology
-        size, self.surroundings = len(topology), near(topology, scenario.detection_radius)
+        size, self.neighbourhoods = len(topology), neighbourhoods(topology, scenario.detection_radius)
         self.size = size
         self.first, self.ends, self.lengths, self.rises = topology.edges
         self.shortest = min(topology.edges.lengths, default=0.0)
-        # Nothing that is seen from a node is more than this: neither a queue nor a way nor what lies around.
-        most = self.surroundings.most + topology.most_neighbours
-        # Where we look from, and what is seen from there: first the nodes within the radius, those in `near` from `at`
-        # on, then other neighbours.
-        self.centre, self.look, self.at, self.within, self.step = -1, 0, 0, 0, -1
+        # At most so many nodes are visible from a node; no way and no queue of a search is longer.
+        most = self.neighbourhoods.most + topology.most_neighbours
+        # The node looked from. The nodes within R of it are `near[at]` to `near[at + within - 1]`; all that are visible
+        # carry the sequence number `look` in `seen`.
+        self.centre, self.look, self.at, self.within = -1, 0, 0, 0
         self.scratch, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
         self.found = array("i", bytes(4 * most))
-        self.near = self.surroundings.nodes if self.surroundings.kept else self.scratch
+        self.near = self.neighbourhoods.nodes if self.neighbourhoods.kept else self.scratch
         self.fill_holes(scenario.holes)
-        # The search: for each node how far it is, and by which node one comes there (or which step was the first).
+        # A search: for each node the length of the shortest way so far, in graph units, and the node before it on that
+        # way (in `nearest_box` the first node of the way). `reached`, `done` and `wanted` hold sequence numbers.
         self.search = self.waiting = 0
         self.far, self.via = array("d", bytes(8 * size)), array("i", bytes(4 * size))
         self.stand = array("d", bytes(8 * size))
@@ -63,46 +76,46 @@ class Sight:
         self.left, self.right = array("i", bytes(4 * most)), array("i", bytes(4 * most))
 
     def bind(self, world: World) -> None:
-        """Reads a world's arrays from now on."""
+        """Takes over a world's arrays, which it only reads."""
         self.terrain, self.surface, self.top = world.terrain, world.surface, world.top
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
         self.stacks, self.hole_at = world.stacks, world.hole_at
 
     # -- what is near ----------------------------------------------------------------------------------------------
 
-    def turn(self, node: int) -> None:
-        """Looks from `node`."""
+    def look_from(self, node: int) -> None:
+        """Finds the nodes that are visible from `node`, unless they are known already."""
         if node == self.centre:
             return
         self.centre = node
         self.look += 1
         near, seen, look = self.near, self.seen, self.look
-        if self.surroundings.kept:
-            self.at = self.surroundings.first[node]
-            self.within = self.surroundings.first[node + 1] - self.at
+        if self.neighbourhoods.kept:
+            self.at = self.neighbourhoods.first[node]
+            self.within = self.neighbourhoods.first[node + 1] - self.at
         else:
-            self.within = self.surroundings.gather(node, self.scratch)
+            self.within = self.neighbourhoods.gather(node, self.scratch)
         for k in range(self.at, self.at + self.within):
             seen[near[k]] = look
-        for way in range(self.first[node], self.first[node + 1]):
-            seen[self.ends[way]] = look
+        for edge in range(self.first[node], self.first[node + 1]):
+            seen[self.ends[edge]] = look
 
     def sees(self, node: int, other: int) -> bool:
-        """Whether a node lies within the radius of `node` or next to it."""
-        self.turn(node)
+        """Whether the node `other` is visible from `node`."""
+        self.look_from(node)
         return 0 <= other < self.size and self.seen[other] == self.look
 
     def sees_box(self, node: int) -> bool:
-        """Whether any box lies within the radius of `node`."""
-        self.turn(node)
+        """Whether any box lies within R of `node`."""
+        self.look_from(node)
         k, last = self.at, self.at + self.within
         while k < last and self.top[self.near[k]] < 0:
             k += 1
         return k < last
 
     def boxes(self, node: int) -> list[int]:
-        """The boxes within the radius of `node`, ascending."""
-        self.turn(node)
+        """The boxes within R of `node`, ascending."""
+        self.look_from(node)
         found: list[int] = []
         for k in range(self.at, self.at + self.within):
             if self.top[self.near[k]] >= 0:
@@ -111,32 +124,32 @@ class Sight:
         return found
 
     def holes(self, node: int) -> tuple[int, ...]:
-        """The keys of the holes within the radius of `node`, ascending."""
-        count = self.look_for_holes(node)
-        return tuple([self.hole_keys[k] for k in range(self.holes_at, self.holes_at + count)])
+        """The keys of the holes within R of `node`, ascending."""
+        count = self.find_holes(node)
+        return tuple([self.hole_keys[k] for k in range(self.holes_start, self.holes_start + count)])
 
-    def look_for_holes(self, node: int) -> int:
-        """How many holes lie within the radius of `node`; their keys stand in `hole_keys` from `holes_at` on."""
+    def find_holes(self, node: int) -> int:
+        """The number of holes within R of `node`; their keys, ascending, are `hole_keys[holes_start]` and the next."""
         if self.holes_kept:
-            self.holes_at = self.holes_first[node]
-            return self.holes_first[node + 1] - self.holes_at
-        count = self.holes_at = 0
-        for key in range(len(self.hole_nodes)):
-            if self.surroundings.both(node, self.hole_nodes[key]):
+            self.holes_start = self.holes_first[node]
+            return self.holes_first[node + 1] - self.holes_start
+        count = self.holes_start = 0
+        for key in range(len(self.hole_node)):
+            if self.neighbourhoods.both(node, self.hole_node[key]):
                 self.hole_keys[count] = key
                 count += 1
         return count
 
     def fill_holes(self, holes: Sequence[Hole]) -> None:
-        """Notes for every node the holes near it, unless that comes to more than `ROOM`."""
-        self.hole_nodes, self.holes_at, self.holes_kept = array("i", [hole.node for hole in holes]), 0, True
+        """Stores for every node the keys of the holes within R, unless these are more than `ROOM` altogether."""
+        self.hole_node, self.holes_start, self.holes_kept = array("i", [hole.node for hole in holes]), 0, True
         self.holes_first, found, total = array("i", bytes(4 * self.size + 4)), self.scratch, 0
         filled = array("i", bytes(4 * self.size + 4))
-        for key in range(len(self.hole_nodes)):
-            count = self.surroundings.gather(self.hole_nodes[key], found)
+        for key in range(len(self.hole_node)):
+            count = self.neighbourhoods.gather(self.hole_node[key], found)
             total += count
             if total > ROOM:
-                self.holes_kept, self.hole_keys = False, array("i", bytes(4 * len(self.hole_nodes)))
+                self.holes_kept, self.hole_keys = False, array("i", bytes(4 * len(self.hole_node)))
                 return
             for k in range(count):
                 filled[found[k] + 1] += 1
@@ -144,22 +157,22 @@ class Sight:
             filled[node + 1] += filled[node]
             self.holes_first[node + 1] = filled[node + 1]
         self.hole_keys = array("i", bytes(4 * total))
-        for key in range(len(self.hole_nodes)):
-            for k in range(self.surroundings.gather(self.hole_nodes[key], found)):
+        for key in range(len(self.hole_node)):
+            for k in range(self.neighbourhoods.gather(self.hole_node[key], found)):
                 node = found[k]
                 self.hole_keys[filled[node]] = key
                 filled[node] += 1
 
     def around(self, node: int) -> int:
-        """Writes the neighbours of `node`, theirs in sight, and the nodes of boxes and holes near into `found`.
+        """Writes nodes around `node` into `found`, in no order; returns how many there are.
 
-        Returns how many there are; they come in no order.
+        These are its neighbours, those of their neighbours that are visible, and the nodes of boxes and holes within R.
         """
-        self.turn(node)
+        self.look_from(node)
         look, found, count = self.look, self.found, 0
         self.search += 1
-        for way in range(self.first[node], self.first[node + 1]):
-            i = self.ends[way]
+        for edge in range(self.first[node], self.first[node + 1]):
+            i = self.ends[edge]
             if self.reached[i] != self.search:
                 self.reached[i], found[count] = self.search, i
                 count += 1
@@ -178,17 +191,24 @@ class Sight:
     # -- ways ------------------------------------------------------------------------------------------------------
 
     def pushes(self, node: int, box: int, barred: int, found: array[int]) -> int:
-        """Writes the nodes in sight of `node` that a box there could be pushed to, its pusher going with it.
+        """Writes the neighbours of a box that it could be pushed to, its pusher staying level with it, into `found`.
 
-        Returns how many there are.
+        Args:
+            node: Where the agent stands; the neighbours have to be visible from there.
+            box: The box.
+            barred: A node to leave out, or -1.
+            found: Has room for all neighbours of the box.
+
+        Returns:
+            How many there are.
         """
-        self.turn(node)
+        self.look_from(node)
         at, base, count = self.box_node[box], self.box_base[box], 0
-        for way in range(self.first[at], self.first[at + 1]):
-            j = self.ends[way]
+        for edge in range(self.first[at], self.first[at + 1]):
+            j = self.ends[edge]
             if j == barred or self.seen[j] != self.look:
                 continue
-            if self.terrain.slides(base, way) and self.terrain.leads(base, way):
+            if self.terrain.slides(base, edge) and self.terrain.leads(base, edge):
                 found[count] = j
                 count += 1
         return count
@@ -202,25 +222,26 @@ class Sight:
         barred: int,
         others: Collection[int] = (),
         past: bool = False,
-    ) -> int:
+    ) -> tuple[int, int]:
         """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
 
-        Of ways of one length that to the node of the lower number goes first, of these the one with the lower first
-        step.
+        Of several at the same distance it is the one on the node with the lowest index, and of several ways to that
+        node the one with the lowest first node.
 
         Args:
             agent: Which agent.
             node: Where it stands.
-            level: At which height.
+            level: The height at which it stands, graph units.
             shunned: A box to leave out, or -1.
             barred: A node that no way may lead over, or -1.
             others: More boxes to leave out.
-            past: Whether ways may lead past boxes that the agent could take hold of: over their nodes.
+            past: Whether ways may lead over the nodes of boxes that the agent could take hold of.
 
         Returns:
-            The box, or -1. The first node on the way to it is then in `step`: its own if it is adjacent or underfoot.
+            The box and the first node on the way to it, which is the box's own if it is adjacent or underfoot; or
+            twice -1.
         """
-        self.turn(node)
+        self.look_from(node)
         self.search += 1
         search, top, wanted, left = self.search, self.top, self.wanted, 0
         for k in range(self.at, self.at + self.within):
@@ -238,13 +259,12 @@ class Sight:
                     wanted[at] = 0
                     left -= 1
         if left == 0:
-            return -1
+            return -1, -1
         if wanted[node] == search and self.terrain.is_level(self.box_base[top[node]] - level):
-            self.step = node
-            return top[node]
+            return top[node], node
         best, best_node, best_first = 0.0, -1, -1
-        # First come, first served, and again whenever a better way has come up: with the few nodes in sight, mostly
-        # at equal distances, that is faster than a heap.
+        # A queue, first in, first out, to which a node returns whenever a shorter way to it is found: with few visible
+        # nodes at mostly equal distances that is faster than a heap.
         queue, room = self.queue, len(self.queue)
         queue[0], head, tail = node, 0, 1
         self.far[node], self.via[node], self.reached[node], self.stand[node] = 0.0, -1, search, level
@@ -256,24 +276,24 @@ class Sight:
             if best_node >= 0 and far + self.shortest > best:
                 continue
             here = self.stand[i]
-            for way in range(self.first[i], self.first[i + 1]):
-                j = self.ends[way]
+            for edge in range(self.first[i], self.first[i + 1]):
+                j = self.ends[edge]
                 if self.seen[j] != self.look:
                     continue
-                through, step = far + self.lengths[way], j if i == node else first
+                through, step = far + self.lengths[edge], j if i == node else first
                 if best_node >= 0 and through > best:
                     continue
                 if (
                     wanted[j] == search
-                    and self.terrain.is_level(self.box_base[top[j]] - here - self.rises[way])
+                    and self.terrain.is_level(self.box_base[top[j]] - here - self.rises[edge])
                     and (best_node < 0 or through < best or j < best_node or (j == best_node and step < best_first))
                 ):
                     best, best_node, best_first = through, j, step
                 if j == barred or (best_node >= 0 and through + self.shortest > best):
                     continue
                 there = self.surface[j]
-                if not self.terrain.leads(here, way):
-                    if not past or not self.takes(agent, here, way):
+                if not self.terrain.leads(here, edge):
+                    if not past or not self.takes(agent, here, edge):
                         continue
                     there = self.box_base[top[j]]
                 if (
@@ -285,50 +305,53 @@ class Sight:
                     if self.done[j] != search:
                         self.done[j], queue[tail] = search, j
                         tail = tail + 1 if tail + 1 < room else 0
-        self.step = best_first
-        return -1 if best_node < 0 else top[best_node]
+        return (-1 if best_node < 0 else top[best_node]), best_first
 
-    def takes(self, agent: int, level: float, way: int) -> bool:
-        """Whether an agent that stands at height `level` could take hold of the box on top at the end of a way."""
-        box = self.top[self.ends[way]]
+    def takes(self, agent: int, level: float, edge: int) -> bool:
+        """Whether an agent at height `level` could take hold of the topmost box at the end of an edge."""
+        box = self.top[self.ends[edge]]
         if box < 0:
             return False
         claim = self.box_claim[box]
         if claim != -1 and claim != agent:
             return False
-        return self.terrain.is_level(self.box_base[box] - level - self.rises[way])
+        return self.terrain.is_level(self.box_base[box] - level - self.rises[edge])
 
     def graspable(self, at: int, node: int, level: float, past: bool) -> bool:
-        """Whether the box on top of `at` is level with a neighbouring node: one that has sunk into a hole is not.
+        """Whether the topmost box on `at` is level with any neighbouring node; one that has sunk into a hole is not.
 
-        With `past` it may be level with a box there instead.
+        Args:
+            at: The box's node.
+            node: The node where the agent stands.
+            level: The height at which it stands, graph units.
+            past: Whether it is enough to be level with the underside of a box on a neighbouring node.
         """
         base = self.box_base[self.top[at]]
-        for way in range(self.first[at], self.first[at + 1]):
-            i = self.ends[way]
+        for edge in range(self.first[at], self.first[at + 1]):
+            i = self.ends[edge]
             here = level if i == node else self.surface[i]
-            if self.terrain.is_level(base - here + self.rises[way]):
+            if self.terrain.is_level(base - here + self.rises[edge]):
                 return True
             box = self.top[i] if past else -1
-            if box >= 0 and self.terrain.is_level(base - self.box_base[box] + self.rises[way]):
+            if box >= 0 and self.terrain.is_level(base - self.box_base[box] + self.rises[edge]):
                 return True
         return False
 
     def way_to(
         self, node: int, box: int, end: int, barred: int, avoided: Collection[tuple[int, int]]
     ) -> tuple[int, ...]:
-        """The shortest way over which a box could be pushed to a node, all in sight of `node`; or empty.
+        """The nodes of the shortest way over which a box could be pushed to a node; empty if there is none.
 
-        Of ways of one length it is the one whose nodes come first in order.
+        Of several of the same length it is the lexicographically first. The search is A*.
 
         Args:
-            node: Where the agent stands.
+            node: Where the agent stands; all nodes of the way are visible from there.
             box: The box.
             end: Where the box is to go.
             barred: A node that the way may not lead over, or -1.
             avoided: Pushes (from, to) that the way shall do without.
         """
-        self.turn(node)
+        self.look_from(node)
         at, base = self.box_node[box], self.box_base[box]
         if at == end:
             return ()
@@ -343,15 +366,15 @@ class Sight:
                 continue
             self.done[i] = search
             here = base if i == at else self.surface[i]
-            for way in range(self.first[i], self.first[i + 1]):
-                j = self.ends[way]
+            for edge in range(self.first[i], self.first[i + 1]):
+                j = self.ends[edge]
                 if self.seen[j] != self.look or self.done[j] == search or j == barred:
                     continue
-                if not self.terrain.slides(here, way):
+                if not self.terrain.slides(here, edge):
                     continue
-                if (j != end and not self.terrain.leads(here, way)) or (avoided and (i, j) in avoided):
+                if (j != end and not self.terrain.leads(here, edge)) or (avoided and (i, j) in avoided):
                     continue
-                through = far + self.lengths[way]
+                through = far + self.lengths[edge]
                 if self.reached[j] != search or through < self.far[j]:
                     self.offer(through, self.ahead(j, end), j, i)
                 elif through == self.far[j] and self.earlier(i, self.via[j], j):
@@ -359,7 +382,7 @@ class Sight:
         return ()
 
     def earlier(self, i: int, k: int, j: int) -> bool:
-        """Whether of two ways to j that by i comes before that by k, node by node."""
+        """Whether the way to j over i comes lexicographically before the way to j over k."""
         left, right = self.left, self.right
         n, m = self.trace(i, left), self.trace(k, right)
         for step in range(min(n, m)):
@@ -368,11 +391,11 @@ class Sight:
         return j < right[n] if n < m else left[m] < j
 
     def traced(self, node: int) -> tuple[int, ...]:
-        """The nodes of the way to a node that the search has found."""
+        """The nodes of the way that the search has found to a node, as a tuple."""
         return tuple([self.left[place] for place in range(self.trace(node, self.left))])
 
     def trace(self, node: int, way: array[int]) -> int:
-        """Writes the nodes of the way to a node, which the search has found, into `way`; returns how many."""
+        """Writes the nodes of the way that the search has found to a node into `way`; returns how many."""
         count, i = 1, node
         while self.via[i] >= 0:
             i = self.via[i]
@@ -383,27 +406,34 @@ class Sight:
             i = self.via[i]
         return count
 
-    # -- what the search for a way runs on -----------------------------------------------------------------------------
+    # -- the binary heap of `way_to`, ordered by (distance + estimate, node) -----------------------------------------
 
     def ahead(self, i: int, j: int) -> float:
-        """A little less than what is at least left to go between two nodes: an octagon's norm is below Euclid's.
+        """A lower bound of the distance of two nodes, graph units: the octagonal norm is below the Euclidean one.
 
-        By that little, nodes on ways of one length come before the node where these meet (A*).
+        It is a little too small, so that of several ways of the same length all are known when their end is taken.
         """
-        dx = abs(self.surroundings.x[i] - self.surroundings.x[j])
-        dy = abs(self.surroundings.y[i] - self.surroundings.y[j])
+        dx = abs(self.neighbourhoods.x[i] - self.neighbourhoods.x[j])
+        dy = abs(self.neighbourhoods.y[i] - self.neighbourhoods.y[j])
         most, both = max(dx, dy), DIAGONAL * (dx + dy)
         return SHORT * max(most, both)
 
     def start(self, node: int, ahead: float) -> int:
-        """Begins a search at a node; returns its number."""
+        """Begins a search at a node; returns the search's sequence number."""
         self.search += 1
         self.waiting = 0
         self.offer(0.0, ahead, node, -1)
         return self.search
 
     def offer(self, far: float, ahead: float, node: int, via: int) -> None:
-        """Notes how far a node is, and lets it wait for its turn; `ahead` is at least left to go."""
+        """Pushes a node onto the heap.
+
+        Args:
+            far: The length of the way to it, graph units.
+            ahead: The least that is left from there.
+            node: The node.
+            via: The node before it on that way, or -1.
+        """
         self.far[node], self.via[node], self.reached[node] = far, via, self.search
         far += ahead
         heap_far, heap_node, place = self.heap_far, self.heap_node, self.waiting
@@ -417,7 +447,7 @@ class Sight:
         heap_far[place], heap_node[place] = far, node
 
     def pop(self) -> None:
-        """Takes the nearest node, of equally near ones that of the lowest number, from those that wait."""
+        """Removes the first node from the heap."""
         self.waiting -= 1
         heap_far, heap_node, count, place = self.heap_far, self.heap_node, self.waiting, 0
         far, node = heap_far[count], heap_node[count]

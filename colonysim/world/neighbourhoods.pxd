@@ -1,9 +1,9 @@
-# The types of near.py when it is compiled.
+# The types of neighbourhoods.py when it is compiled.
 cimport cython
 
 
 @cython.final
-cdef class Near:
+cdef class Neighbourhoods:
     cdef readonly double[::1] x, y
     cdef readonly double limit, radius
     cdef readonly int most

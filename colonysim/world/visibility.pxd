@@ -1,30 +1,29 @@
-# The types of sight.py when it is compiled.
+# The types of visibility.py when it is compiled.
 cimport cython
-from colonysim.world.near cimport Near
+from colonysim.world.neighbourhoods cimport Neighbourhoods
 from colonysim.world.terrain cimport Terrain
 
 cdef double DIAGONAL, SHORT
 
 
 @cython.final
-cdef class Sight:
+cdef class Visibility:
     cdef int size, centre, at, within, waiting
-    cdef Near surroundings
-    cdef readonly int step
+    cdef Neighbourhoods neighbourhoods
     cdef long long look, search
     cdef double shortest
     cdef Terrain terrain
     cdef double[::1] lengths, rises, surface, box_base, far, stand, heap_far
     cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at
-    cdef int[::1] holes_first, hole_keys, hole_nodes, queue
-    cdef int holes_at
+    cdef int[::1] holes_first, hole_keys, hole_node, queue
+    cdef int holes_start
     cdef bint holes_kept
     cdef long long[::1] seen, reached, done, wanted
     cdef list box_claim
     cdef dict stacks
 
-    @cython.locals(look="long long", near="int[::1]", seen="long long[::1]", k=int, way=int)
-    cdef void turn(self, int node) noexcept
+    @cython.locals(look="long long", near="int[::1]", seen="long long[::1]", k=int, edge=int)
+    cdef void look_from(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
     @cython.locals(k=int, last=int)
     cpdef bint sees_box(self, int node)
@@ -34,26 +33,26 @@ cdef class Sight:
     @cython.locals(count=int, k=int)
     cpdef tuple holes(self, int node)
     @cython.locals(count=int, key=int)
-    cdef int look_for_holes(self, int node) noexcept
+    cdef int find_holes(self, int node) noexcept
     @cython.locals(filled="int[::1]", found="int[::1]", total="long long", count=int, k=int, node=int, key=int)
     cpdef fill_holes(self, holes)
-    @cython.locals(look="long long", found="int[::1]", count=int, way=int, i=int, onward=int, j=int, k=int)
+    @cython.locals(look="long long", found="int[::1]", count=int, edge=int, i=int, onward=int, j=int, k=int)
     cpdef int around(self, int node)
 
-    @cython.locals(at=int, base=double, way=int, j=int, count=int)
+    @cython.locals(at=int, base=double, edge=int, j=int, count=int)
     cpdef int pushes(self, int node, int box, int barred, int[::1] found)
     @cython.locals(
         search="long long", top="int[::1]", wanted="long long[::1]", left=int, k=int, at=int, box=int, claim=int, queue="int[::1]", room=int, head=int, tail=int,
-        best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, way=int, j=int, through=double, step=int,
+        best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, edge=int, j=int, through=double, step=int,
     )
-    cpdef int nearest_box(
+    cpdef (int, int) nearest_box(
         self, int agent, int node, double level, int shunned, int barred, others=*, bint past=*
-    ) except? -2
+    ) except *
     @cython.locals(box=int, claim=int)
-    cdef bint takes(self, int agent, double level, int way) except? -1
-    @cython.locals(base=double, way=int, i=int, here=double, box=int)
+    cdef bint takes(self, int agent, double level, int edge) except? -1
+    @cython.locals(base=double, edge=int, i=int, here=double, box=int)
     cdef bint graspable(self, int at, int node, double level, bint past) noexcept
-    @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, way=int, j=int, through=double)
+    @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, edge=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
     @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)
     cdef bint earlier(self, int i, int k, int j) noexcept

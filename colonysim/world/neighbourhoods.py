@@ -1,5 +1,5 @@
 # cython: boundscheck=False, wraparound=False, initializedcheck=False
-"""Which nodes lie within a radius of which: worked out once for a place."""
+"""Neighbourhood index: for each node of a topology the nodes within a radius, computed once for each topology."""
 
 from __future__ import annotations
 
@@ -11,42 +11,48 @@ from weakref import WeakKeyDictionary
 if TYPE_CHECKING:
     from colonysim.world.topology import Topology
 
-__all__ = ["Near", "near"]
+__all__ = ["Neighbourhoods", "neighbourhoods"]
 
 ROOM = 1 << 24
-"""Neighbourhoods that come to more nodes than this, 64 MB, are not kept but gathered when they are asked for."""
+"""If all neighbourhoods have more nodes than this together (64 MB), they are not stored but computed when needed."""
 
-_KNOWN: WeakKeyDictionary[Topology, Near] = WeakKeyDictionary()
-"""Of each place what was asked for last."""
-
-
-def near(topology: Topology, radius: float) -> Near:
-    """What lies within a radius of the nodes of a place; the same object until another radius is asked for."""
-    known = _KNOWN.get(topology)
-    if known is None or known.radius != radius:
-        known = _KNOWN[topology] = Near(topology, radius)
-    return known
+_KNOWN: WeakKeyDictionary[Topology, Neighbourhoods] = WeakKeyDictionary()
+"""For each topology the index that was made last."""
 
 
-class Near:
-    """For each node the nodes within a radius, itself among them.
-
-    Nodes lie in square cells with the radius as their side: what is near is in a node's own cell or one beside it.
+def neighbourhoods(topology: Topology, radius: float) -> Neighbourhoods:
+    """The neighbourhood index of a topology; the same object until another radius is asked for.
 
     Args:
         topology: The place.
         radius: The radius, graph units.
-        room: If the neighbourhoods come to more nodes than this together, they are not kept.
+    """
+    known = _KNOWN.get(topology)
+    if known is None or known.radius != radius:
+        known = _KNOWN[topology] = Neighbourhoods(topology, radius)
+    return known
+
+
+class Neighbourhoods:
+    """For each node the nodes within a radius in the xy plane, the node itself among them.
+
+    Nodes are sorted into square cells whose side is the radius, so that only a node's own cell and the eight around it
+    have to be searched.
+
+    Args:
+        topology: The place.
+        radius: The radius, graph units.
+        room: If all neighbourhoods have more nodes than this together, they are not stored.
 
     Attributes:
-        radius: The radius.
-        x: East coordinate of each node.
-        y: North coordinate of each node.
+        radius: The radius, graph units.
+        x: East coordinate of each node, graph units.
+        y: North coordinate of each node, graph units.
         limit: The radius squared.
-        most: At least as many as there are within the radius of any node.
-        kept: Whether `first` and `nodes` tell; otherwise `gather` does.
-        first: Where the nodes near each node begin in `nodes`, and where those of the last one end.
-        nodes: The nodes near node 0, those near node 1, and so on.
+        most: An upper bound of the number of nodes within the radius of any node.
+        kept: Whether the neighbourhoods are stored in `first` and `nodes`; `gather` answers either way.
+        first: The neighbourhood of node i is `nodes[first[i]]` to `nodes[first[i + 1] - 1]`.
+        nodes: All neighbourhoods, one after the other.
     """
 
     def __init__(self, topology: Topology, radius: float, room: int = ROOM) -> None:
@@ -58,14 +64,14 @@ class Near:
         self._gather_all(size, room)
 
     def _fill_cells(self, size: int, side: float) -> int:
-        """Puts the nodes into cells; returns the most nodes of a cell and those around it."""
+        """Sorts the nodes into cells; returns the largest number of nodes in a cell and the eight around it."""
         cells: dict[tuple[int, int], int] = {}
         self._cell, sizes = array("i", bytes(4 * size)), array("i", bytes(4 * size + 4))
         for node in range(size):
             place = (int(self.x[node] // side), int(self.y[node] // side))
             cell = self._cell[node] = cells.setdefault(place, len(cells))
             sizes[cell + 1] += 1
-        # The nodes cell by cell, and which cells lie beside each.
+        # The nodes cell by cell, and for each cell itself and those around it that have nodes.
         filled = array("i", accumulate(sizes[: len(cells) + 1]))
         self._members_first, self._members = array("i", filled), array("i", bytes(4 * size))
         for node in range(size):
@@ -87,6 +93,7 @@ class Near:
         return most
 
     def _gather_all(self, size: int, room: int) -> None:
+        """Fills `first` and `nodes`, unless that takes more than `room` nodes."""
         found, nodes, total = array("i", bytes(4 * self.most)), array("i"), 0
         for node in range(size):
             count = self.gather(node, found)

@@ -11,8 +11,8 @@ from small_worlds import place
 
 import colonysim
 from colonysim.testing.worlds import random_scenario
-from colonysim.world import near as module
-from colonysim.world.near import Near, near
+from colonysim.world import neighbourhoods as module
+from colonysim.world.neighbourhoods import Neighbourhoods, neighbourhoods
 from colonysim.world.topology import Topology
 
 
@@ -26,7 +26,7 @@ def scattered(seed: int, count: int = 60) -> Topology:
 def test_it_is_whatever_is_not_farther_than_the_radius(radius):
     for seed in range(5):
         topology = scattered(seed)
-        found = Near(topology, radius)
+        found = Neighbourhoods(topology, radius)
         for node in range(len(topology)):
             wanted = [j for j in range(len(topology)) if topology.distance(node, j) <= radius]
             assert sorted(found.nodes[found.first[node] : found.first[node + 1]]) == wanted
@@ -36,8 +36,8 @@ def test_it_is_whatever_is_not_farther_than_the_radius(radius):
 
 def test_it_is_known_as_long_as_the_place_is():
     topology = scattered(1)
-    found = near(topology, 2.0)
-    assert near(topology, 2.0) is found and near(topology, 3.0) is not found
+    found = neighbourhoods(topology, 2.0)
+    assert neighbourhoods(topology, 2.0) is found and neighbourhoods(topology, 3.0) is not found
     before = len(module._KNOWN)
     del topology
     gc.collect()
@@ -48,10 +48,10 @@ def test_a_run_is_the_same_where_nothing_is_kept(monkeypatch):
     scenario = random_scenario(4, max_nodes=40, max_agents=6)
     kept = colonysim.run(scenario, episodes=3, seed=1, trace=False).trace_sha256
 
-    def unkept(topology: Topology, radius: float) -> Near:
-        return Near(topology, radius, room=0)
+    def unkept(topology: Topology, radius: float) -> Neighbourhoods:
+        return Neighbourhoods(topology, radius, room=0)
 
-    monkeypatch.setattr("colonysim.world.sight.near", unkept)
+    monkeypatch.setattr("colonysim.world.visibility.neighbourhoods", unkept)
     assert not unkept(scenario.topology, 1.0).kept
     assert colonysim.run(scenario, episodes=3, seed=1, trace=False).trace_sha256 == kept
     assert math.isfinite(scenario.detection_radius)
