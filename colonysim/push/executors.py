@@ -11,6 +11,7 @@ from colonysim.physics import Scene
 from colonysim.push.choosing import Choose, Testing, constant, network_chooser
 from colonysim.push.controls import Control
 from colonysim.push.gated import Gate, gated_push
+from colonysim.push.judging import Rules
 from colonysim.push.learned import StagedSettings, rl_push, staged_push
 from colonysim.push.network import QNetwork, load_network, network_ticks, random_network
 from colonysim.push.paths import Obstacles
@@ -93,7 +94,7 @@ def make_executor(
     source: str | Path = "push" if model is None else model
     fresh = _choices(chooser, source, testing)
     held = network_ticks(source) if ticks is None else ticks
-    settings = StagedSettings(ticks=held, tries=tries, limit=limit)
+    settings = StagedSettings(Rules(ticks=held), tries=tries, limit=limit)
     if name == "rl":
 
         def rl(

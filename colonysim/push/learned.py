@@ -2,21 +2,21 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
 from colonysim.push.choosing import Choose
-from colonysim.push.controls import CONTROL_TICKS, NAMES, control_speeds
+from colonysim.push.controls import CONTROL_TICKS, NAMES, Control, control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
-from colonysim.push.judging import DONE, STEP_LIMIT, STEP_TICKS, guard, judge, short_of_node
+from colonysim.push.judging import DONE, PAPER_RULES, STEP_LIMIT, STEP_TICKS, Rules, box_ending, ending
 from colonysim.push.paths import Obstacles
-from colonysim.push.seating import SETTLE_SECONDS, is_deep, lies, pressed
+from colonysim.push.seating import settle
 from colonysim.push.staging import Leg, face_for, first_legs, in_place, stage_part
 from colonysim.push.state import State, fold, observe
 from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
-__all__ = ["Approach", "StagedSettings", "push_in_legs", "rl_push", "staged_push"]
+__all__ = ["Approach", "ControlLoop", "StagedSettings", "leg_task", "push_in_legs", "rl_push", "staged_push"]
 
 Approach = Callable[[Pilot, Leg], Part]
 """Brings a robot to where the network takes over a leg; returns `"done"`, at once where nothing needs doing."""
@@ -24,8 +24,6 @@ Approach = Callable[[Pilot, Leg], Part]
 _ON_AXIS, _ON_PIT_AXIS = 0.10, 0.05
 """A leg runs along the box's (or the pit's) own axis if that passes this close by the box, metres. Before a
 pit the bound is below the guard's: a push given up at the edge begins anew on a line of its own."""
-_LEASH = 2.2
-_SLOW = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +31,15 @@ class StagedSettings:
     """What may be chosen about a staged push.
 
     Attributes:
-        ticks: T, control ticks of one action of the network.
-        tries: Failed pushes before it gives up, all straight legs of the way together.
+        rules: How the network pushes, and what ends its part. A box within `rules.tolerance` of its node has arrived.
+        tries: Failed pushes before it gives up, all straight legs of the push together.
         limit: Simulated seconds before it gives up.
-        tolerance: A box this close to its node has arrived, metres.
-        accepted: A box this close counts as arrived when no try is left, metres.
+        accepted: A box this close to its node counts as arrived when no try is left, metres.
     """
 
-    ticks: int = 25
+    rules: Rules = field(default_factory=Rules)
     tries: int = 8
     limit: float = 180.0
-    tolerance: float = 0.12
     accepted: float = DONE
 
 
@@ -71,36 +67,14 @@ def rl_push(
         of the robot or the box.
     """
     limit = STEP_LIMIT[task.kind] * STEP_TICKS
-    pilot = Pilot(scene, robot, log, limit * scene.tick_seconds * _SLOW)
-    state = _look(scene, robot, task)
-    reason, spent = "", 0
+    pilot = Pilot(scene, robot, log, limit * scene.tick_seconds)
+    rules = replace(PAPER_RULES, ticks=ticks, check_every=CONTROL_TICKS)
     try:
-        while not reason:
-            control = choose(state)
-            name, held = NAMES[control], 0
-            while held < ticks and not reason:
-                speeds = control_speeds(control, state)
-                for _ in range(min(CONTROL_TICKS, ticks - held)):
-                    pilot.note(name, "network")
-                    yield speeds
-                    held += 1
-                    spent += 1
-                state = _look(scene, robot, task)
-                reason = pilot.fault() or _table(scene, robot, task, state) or ("timeout" if spent >= limit else "")
-            pilot.flush()
+        # The last action, which begins before the limit, is cut short by it.
+        reason = yield from ControlLoop(pilot, task, rules).run(choose, limit // ticks + 1)
     finally:
         pilot.flush()
     return ManoeuvreResult(reason == "done", reason, pilot.seconds, 1)
-
-
-def _table(scene: Scene, robot: int, task: PushTask, state: State) -> str:
-    verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
-    if verdict is None:
-        return scene.box_fault(task.box) or ""
-    # The paper's pits are one box deep; in a deeper one its conditions hold while the box still leans.
-    if is_deep(scene, task) and not lies(scene, task) and not pressed(scene, robot, task):
-        return ""
-    return "done" if verdict == "success" else "failure"
 
 
 def staged_push(
@@ -164,26 +138,26 @@ def push_in_legs(
     Returns:
         A manoeuvre; its reasons are those of `staged_push`, and the approach's.
     """
-    scene = pilot.scene
+    scene, rules = pilot.scene, settings.rules
     reason, tries, failed = "timeout", 0, 0
     try:
         while True:
-            end = _ended(scene, task, settings.accepted if failed >= settings.tries else settings.tolerance)
+            end = box_ending(scene, task, settings.accepted if failed >= settings.tries else rules.tolerance)
             if end or failed >= settings.tries:
                 reason = end or reason
                 break
-            pit = None if task.pit is None else scene.terrain.pits[task.pit]
             tries += 1
             for leg in first_legs(scene, task, obstacles()):
                 reason = yield from approach(pilot, leg)
                 if reason not in _UNREACHED:
                     break
-            if reason in _NO_WAY and _ended(scene, task, settings.accepted) == "done":
+            if reason in _NO_WAY and box_ending(scene, task, settings.accepted) == "done":
                 reason = "done"
                 break
             if reason != "done":
                 break
-            reason = yield from _NetworkPart(pilot, leg_task(scene, task, leg), choose, settings).run()
+            part = leg_task(scene, task, leg)
+            reason = yield from ControlLoop(pilot, part, rules).run(choose, rules.step_limit(part.kind))
             if reason == "done" and not leg.hole:
                 continue
             if reason in _FAULTS:
@@ -191,12 +165,11 @@ def push_in_legs(
             if (fault := (yield from pilot.straight(-BACK_OFF, BACK_SPEED, "back"))) != "done":
                 reason = fault
                 break
-            if reason == "done" and pit is not None:
+            if reason == "done" and task.pit is not None:
                 # Only now: the network chooses everything until the robot has backed off.
-                if (fault := (yield from pilot.wait(SETTLE_SECONDS))) != "done":
-                    reason = fault
+                reason = yield from settle(pilot, task)
+                if reason in _FAULTS:
                     break
-                reason = "done" if scene.box_seated(task.box, pit) else "not seated"
             failed += reason != "done"
     finally:
         pilot.flush()
@@ -208,62 +181,66 @@ _NO_WAY = _UNREACHED | {"stuck"}
 _FAULTS = frozenset({"timeout", "in_pit", "flipped", "fallen", "nan", "box fallen"})
 
 
-class _NetworkPart:
-    """The network's part of a leg: it chooses controls until the leg is done or a guard gives it up.
+class ControlLoop:
+    """The loop in which a network chooses controls, in colonies, in evaluations and in training.
+
+    Observe the state, choose a control, drive by it for T control ticks (the control looks at the state anew every
+    third), and judge whether the push is over (`judging.ending`).
 
     Most ticks of a push are spent here; compiled, it calls without detours (`learned.pxd`).
 
     Args:
         pilot: The robot.
-        task: The leg, as a push of its own.
-        choose: Chooses the controls.
-        settings: Limits.
+        task: The push along one straight line.
+        rules: How long an action lasts, and what ends the push.
+
+    Attributes:
+        state: The state that the next control is chosen from.
     """
 
-    def __init__(self, pilot: Pilot, task: PushTask, choose: Choose, settings: StagedSettings) -> None:
-        self._pilot, self._task, self._choose = pilot, task, choose
-        self._ticks, self._tolerance = settings.ticks, settings.tolerance
-        self._state = self._look()
-        self._started_at = self._state.cross_track
+    def __init__(self, pilot: Pilot, task: PushTask, rules: Rules) -> None:
+        self._pilot, self._task, self._rules = pilot, task, rules
+        self._ticks, self._check_every = rules.ticks, rules.check_every
+        self.state = self._look()
+        self._started_at = self.state.cross_track
 
-    def run(self) -> Part:
-        """The controls, tick by tick."""
-        for _ in range(STEP_LIMIT[self._task.kind] * STEP_TICKS // self._ticks):
-            control = self._choose(self._state)
-            name, reason, held = NAMES[control], "", 0
-            while held < self._ticks and not reason:
-                speeds = control_speeds(control, self._state)
-                for _ in range(min(CONTROL_TICKS, self._ticks - held)):
-                    self._pilot.note(name, "network")
-                    yield speeds
-                    held += 1
-                if fault := self._pilot.fault():
-                    return fault
-                self._state = self._look()
-                reason = self._verdict()
-            self._pilot.flush()
-            if reason:
+    def run(self, choose: Choose, actions: int) -> Part:
+        """Choose control after control, until the push is over or there have been that many.
+
+        Returns:
+            Why it ended: as of `act`, or `"slow"`.
+        """
+        for _ in range(actions):
+            if reason := (yield from self.act(choose(self.state))):
                 return reason
         return "slow"
 
-    def _look(self) -> State:
-        return _look(self._pilot.scene, self._pilot.robot, self._task)
+    def act(self, control: Control) -> Part:
+        """One action: hold a control for T ticks, or until the push is over.
 
-    def _verdict(self) -> str:
-        """Why the network's part is over; empty while it is not."""
-        scene, robot, task, state = self._pilot.scene, self._pilot.robot, self._task, self._state
-        if scene.box_fault(task.box):
-            return "box fallen"
-        verdict = judge(task, state, scene.robot(robot), scene.box(task.box))
-        if task.kind == "hole" and (verdict == "success" or pressed(scene, robot, task)):
-            # In a pit deeper than the box it first leans over the edge: it must be pressed on until it lies, but no
-            # further than the robot may go without falling in.
-            return "done" if pressed(scene, robot, task) or lies(scene, task) else ""
-        if verdict == "success" and not short_of_node(state):
-            return "done" if state.distance <= self._tolerance else "off_node"
-        if math.hypot(state.x_box, state.y_box) > _LEASH:
-            return "robot_far"
-        return guard(task, state, self._started_at) or ""
+        Returns:
+            Why the push is over: a fault of the robot or the pilot's `"timeout"`, or a reason of `judging.ending`;
+            empty while it goes on.
+        """
+        name, reason, held = NAMES[control], "", 0
+        while held < self._ticks and not reason:
+            speeds = control_speeds(control, self.state)
+            for _ in range(min(CONTROL_TICKS, self._ticks - held)):
+                self._pilot.note(name, "network")
+                yield speeds
+                held += 1
+            self.state = self._look()
+            if held % self._check_every == 0 or held == self._ticks:
+                reason = self._pilot.fault() or self._over()
+        self._pilot.flush()
+        return reason
+
+    def _look(self) -> State:
+        return observe(self._pilot.pose, self._pilot.scene.box(self._task.box), self._task)
+
+    def _over(self) -> str:
+        pilot = self._pilot
+        return ending(pilot.scene, pilot.robot, self._task, self.state, self._started_at, self._rules)
 
 
 def leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
@@ -280,24 +257,3 @@ def leg_task(scene: Scene, task: PushTask, leg: Leg) -> PushTask:
         along = max(leg.length, 1.0)
         start = (leg.goal[0] - along * math.cos(axis), leg.goal[1] - along * math.sin(axis))
     return PushTask(task.box, start, leg.goal, kind, task.rim, task.pit if leg.hole else None)
-
-
-def _look(scene: Scene, robot: int, task: PushTask) -> State:
-    return observe(scene.robot(robot), scene.box(task.box), task)
-
-
-def _ended(scene: Scene, task: PushTask, tolerance: float) -> str:
-    """Why a push is over whatever the robot does; empty while it is not."""
-    if fault := scene.box_fault(task.box):
-        return "box stray" if fault == "fallen" else fault
-    pit = None if task.pit is None else scene.terrain.pits[task.pit]
-    box = scene.box(task.box)
-    if pit is not None and scene.box_seated(task.box, pit):
-        return "done"
-    half = scene.boxes[task.box].height / 2
-    for other in scene.terrain.pits:
-        if other is not pit and other.contains(box.x, box.y) and box.z < other.rim + half - 0.05:
-            return "box stray"
-    if pit is None and math.dist((box.x, box.y), task.goal) <= tolerance:
-        return "done"
-    return ""

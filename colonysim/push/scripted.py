@@ -8,8 +8,9 @@ from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
 from colonysim.physics.terrain import Pit
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot, in_frame
+from colonysim.push.judging import box_ending
 from colonysim.push.paths import Obstacles
-from colonysim.push.seating import OVERRUN, SETTLE_SECONDS
+from colonysim.push.seating import OVERRUN, settle
 from colonysim.push.staging import Leg, first_legs, in_place, stage_part
 from colonysim.push.task import Log, Manoeuvre, ManoeuvreResult, PushTask, ignore
 
@@ -77,8 +78,7 @@ def scripted_push(
     reason, tries = "timeout", 0
     try:
         while True:
-            end = _ended(scene, task)
-            if end is not None:
+            if end := box_ending(scene, task, NODE_TOLERANCE):
                 reason = end
                 break
             if tries >= settings.tries:
@@ -102,27 +102,6 @@ def scripted_push(
     return ManoeuvreResult(reason == "done", reason, pilot.seconds, tries)
 
 
-def _pit(scene: Scene, task: PushTask) -> Pit | None:
-    return None if task.pit is None else scene.terrain.pits[task.pit]
-
-
-def _ended(scene: Scene, task: PushTask) -> str | None:
-    """Why a push is over whatever the robot does, or None."""
-    if fault := scene.box_fault(task.box):
-        return "box stray" if fault == "fallen" else fault
-    pit = _pit(scene, task)
-    box = scene.box(task.box)
-    if pit is not None and scene.box_seated(task.box, pit):
-        return "done"
-    half = scene.boxes[task.box].height / 2
-    for other in scene.terrain.pits:
-        if other is not pit and other.contains(box.x, box.y) and box.z < other.rim + half - 0.05:
-            return "box stray"
-    if pit is None and math.dist((box.x, box.y), task.goal) <= NODE_TOLERANCE:
-        return "done"
-    return None
-
-
 def _push_leg(pilot: Pilot, task: PushTask, leg: Leg, obstacles: Obstacles, speed: float) -> Part:
     """One straight push: stage if need be, touch, follow the line, and settle the box in a pit."""
     scene = pilot.scene
@@ -131,13 +110,11 @@ def _push_leg(pilot: Pilot, task: PushTask, leg: Leg, obstacles: Obstacles, spee
             return reason
         if (reason := (yield from _touch(pilot, task.box, leg.heading))) != "done":
             return reason
-    pit = _pit(scene, task) if leg.hole else None
+    pit = None if task.pit is None or not leg.hole else scene.terrain.pits[task.pit]
     reason = yield from _track(pilot, task.box, leg, pit, speed)
     if reason != "done" or pit is None:
         return reason
-    if (reason := (yield from pilot.wait(SETTLE_SECONDS))) != "done":
-        return reason
-    return "done" if scene.box_seated(task.box, pit) else "not seated"
+    return (yield from settle(pilot, task))
 
 
 def _touch(pilot: Pilot, box: int, heading: float) -> Part:

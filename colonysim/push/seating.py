@@ -4,9 +4,10 @@ import math
 
 from colonysim.physics.robot import BUMPER
 from colonysim.physics.scene import Scene
+from colonysim.push.driving import Part, Pilot
 from colonysim.push.task import PushTask
 
-__all__ = ["OVERRUN", "SETTLE_SECONDS", "is_deep", "lies", "pressed"]
+__all__ = ["OVERRUN", "SETTLE_SECONDS", "is_deep", "lies", "pressed", "settle"]
 
 OVERRUN = 0.10
 """The bumper ends this far past a pit's edge, so that it presses the box in, metres."""
@@ -33,3 +34,14 @@ def pressed(scene: Scene, robot: int, task: PushTask) -> bool:
     c, s = math.cos(task.line), math.sin(task.line)
     nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - BUMPER
     return nose <= scene.terrain.pits[task.pit].side / 2 - OVERRUN
+
+
+def settle(pilot: Pilot, task: PushTask) -> Part:
+    """Stand still until the box has come to rest in its pit.
+
+    Returns:
+        `"done"` if it lies there, `"not seated"` if not, or a fault of the robot.
+    """
+    if (fault := (yield from pilot.wait(SETTLE_SECONDS))) != "done":
+        return fault
+    return "done" if lies(pilot.scene, task) else "not seated"

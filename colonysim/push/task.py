@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeVar
 
 from colonysim.physics.robot import WheelSpeeds as WheelSpeeds
 from colonysim.physics.scene import Scene
@@ -76,27 +76,33 @@ def ignore(chooser: Chooser, control: str, ticks: int) -> None:
     """The log that keeps nothing."""
 
 
+Ended = TypeVar("Ended")
+
+
 def run_alone(
     scene: Scene,
     robot: int,
-    manoeuvre: Manoeuvre,
-    each_tick: Callable[[], None] | None = None,
-) -> ManoeuvreResult:
-    """Run one robot's manoeuvre to its end while every other robot keeps its wheel speeds.
+    manoeuvre: Generator[WheelSpeeds, None, Ended],
+    each_tick: Callable[[], object] | None = None,
+) -> Ended:
+    """Run one robot's manoeuvre, or a part of one, while every other robot keeps its wheel speeds.
 
     Args:
         scene: The scene that the manoeuvre reads.
         robot: Index of the robot it belongs to.
         manoeuvre: The manoeuvre.
         each_tick: Called after every tick.
+
+    Returns:
+        What the manoeuvre returns: its result, or of a part the reason why it ended.
     """
     while True:
         try:
             speeds = next(manoeuvre)
         except StopIteration as end:
             scene.drive(robot, 0.0, 0.0)
-            result: ManoeuvreResult = end.value
-            return result
+            ended: Ended = end.value
+            return ended
         scene.drive(robot, speeds.left, speeds.right)
         scene.tick()
         if each_tick is not None:

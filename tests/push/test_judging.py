@@ -5,10 +5,16 @@ import math
 
 import pytest
 
-from colonysim.physics import Pose
+from colonysim.physics import BoxSpec, Ground, Pose, RobotSpec, Terrain
+from colonysim.push.choosing import constant
+from colonysim.push.controls import Control
+from colonysim.push.driving import Pilot
 from colonysim.push.judging import PAPER_RULES, Rules, guard, judge, reward, short_of_node
+from colonysim.push.learned import ControlLoop, StagedSettings
 from colonysim.push.state import State, observe
-from colonysim.push.task import PushTask
+from colonysim.push.task import PushTask, run_alone
+from colonysim.push.training.episode import Episode
+from colonysim.push.training.starts import Start
 
 FLAT = PushTask(0, (0.0, 0.0), (2.0, 0.0), "flat", 0.0)
 SLOPE = PushTask(0, (0.0, 0.0), (3.0, 0.0), "slope", 0.25)
@@ -84,7 +90,7 @@ def test_what_the_improved_rules_add() -> None:
     assert gained == pytest.approx(4 * 0.05)
     assert reward(rules, before, before, None) == pytest.approx(-0.05)
     assert reward(rules, before, before, "success") == pytest.approx(4.95)
-    assert reward(rules, before, before, "abort") == pytest.approx(-2.05)
+    assert reward(rules, before, before, "failure") == pytest.approx(-2.05)
 
 
 @pytest.mark.parametrize(
@@ -111,3 +117,42 @@ def test_guards(task: PushTask, x: float, y: float, started: float, why: str | N
 def test_a_box_that_has_arrived_may_still_be_short_of_its_node() -> None:
     assert short_of_node(state(1.85))
     assert not short_of_node(state(1.98))
+
+
+def start(x: float, y: float = 0.0, turn: float = 0.0) -> Start:
+    """A box somewhere on level ground, and a robot 1.3 m behind it."""
+    ground = Terrain((Ground(-9.0, -9.0, 9.0, 9.0, 0.0),))
+    return Start(ground, BoxSpec(x, y, 0.0, turn), RobotSpec(x - 1.3, y, 0.0, 0.0), FLAT)
+
+
+@pytest.mark.parametrize(
+    ("begin", "reason"),
+    [
+        (start(1.99, 0.11), "done"),
+        (start(1.99, 0.13), "off_node"),
+        (start(1.85), ""),
+        (start(1.0, turn=0.35), ""),
+    ],
+)
+def test_a_push_is_judged_alike_when_it_runs_and_when_it_is_trained(begin: Start, reason: str) -> None:
+    rules = dataclasses.replace(Rules(), ticks=3)
+    episode = Episode(begin, rules)
+    step = episode.step(Control.BACK)
+    episode.close()
+    assert step.reason == ("success" if reason == "done" else reason)
+    staged = dataclasses.replace(StagedSettings().rules, ticks=3)
+    with begin.scene() as scene:
+        loop = ControlLoop(Pilot(scene, 0), begin.task, staged)
+        assert run_alone(scene, 0, loop.run(constant(Control.BACK), 1)) == (reason or "slow")
+
+
+def test_without_guards_the_paper_s_table_gives_a_push_up() -> None:
+    episode = Episode(start(1.0, turn=0.35), dataclasses.replace(Rules(), guards=False))
+    assert episode.step(Control.BACK).reason == "failure"
+    episode.close()
+
+
+def test_the_push_is_tested_when_the_control_looks_at_the_state() -> None:
+    with pytest.raises(ValueError, match="check_every: 10, expected a multiple of 3, or at least 25"):
+        Rules(check_every=10)
+    assert Rules(ticks=5, check_every=5).check_every == 5

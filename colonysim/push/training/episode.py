@@ -1,12 +1,17 @@
 """One episode of a single push: a scene stepped by controls. No learning library is needed."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from colonysim.push.controls import CONTROL_TICKS, Control, control_speeds
-from colonysim.push.judging import OFF_NODE, Rules, Verdict, guard, judge, reward, short_of_node
-from colonysim.push.seating import SETTLE_SECONDS, is_deep, lies, pressed
-from colonysim.push.state import State, observe
+from colonysim.push.choosing import Choose
+from colonysim.push.controls import Control
+from colonysim.push.driving import Pilot
+from colonysim.push.judging import Rules, Verdict, must_lie, reward
+from colonysim.push.learned import ControlLoop
+from colonysim.push.seating import settle
+from colonysim.push.state import State
+from colonysim.push.task import run_alone
 from colonysim.push.training.starts import Start
 
 __all__ = ["Episode", "Step"]
@@ -17,14 +22,17 @@ class Step:
     """What one action led to.
 
     Attributes:
+        control: The control that was held.
         state: The state after it.
         reward: What it was worth.
-        verdict: `"success"`, `"failure"` or `"abort"`, which end the episode, or None.
-        reason: Why it ended, empty while it goes on.
+        verdict: `"success"` or `"failure"`, which end the episode, or None.
+        reason: Why the episode ended: `"success"`, `"timeout"` (the step limit), a reason of `judging.ending`, `"not
+            seated"`, or a fault of the robot; empty while it goes on.
         truncated: Whether the step limit ended the episode.
         ticks: Control ticks that the action took; fewer than T when the episode ended within it.
     """
 
+    control: Control
     state: State
     reward: float
     verdict: Verdict | None
@@ -41,6 +49,8 @@ class Step:
 class Episode:
     """A push from its start to success, failure or the step limit.
 
+    Controls are held and the push is judged by the same loop as in a colony, `push.learned.ControlLoop`.
+
     Args:
         start: Where it begins.
         rules: How it is run and rewarded.
@@ -51,35 +61,42 @@ class Episode:
         self.rules = rules
         self.steps = 0
         self.scene = start.scene()
-        self.state = self._observe()
-        self._first_offset = self.state.cross_track
+        self._pilot = Pilot(self.scene, 0, limit=math.inf)
+        self._loop = ControlLoop(self._pilot, start.task, rules)
+
+    @property
+    def state(self) -> State:
+        """The state that the next control is chosen from."""
+        state: State = self._loop.state
+        return state
+
+    def play(self, choose: Choose) -> Iterator[Step]:
+        """The steps to the episode's end, each with the control chosen from the state before it."""
+        over = False
+        while not over:
+            step = self.step(choose(self.state))
+            over = step.over
+            yield step
 
     def step(self, control: Control) -> Step:
         """Hold one control for T ticks, or until the episode ends."""
-        scene, rules = self.scene, self.rules
-        before = state = self.state
-        verdict: Verdict | None = None
-        reason = ""
-        ticks = 0
-        for ticks in range(1, rules.ticks + 1):
-            if ticks % CONTROL_TICKS == 1:
-                scene.drive(0, *control_speeds(control, state))
-            scene.tick()
-            judged = ticks % rules.check_every == 0 or ticks == rules.ticks
-            if judged or ticks % CONTROL_TICKS == 0:
-                state = self._observe()
-            if judged:
-                verdict, reason = self._judge(state)
-                if verdict is not None:
-                    break
-        self.state = state
+        scene, rules, task = self.scene, self.rules, self.start.task
+        before, begun = self.state, scene.ticks
+        reason = run_alone(scene, 0, self._loop.act(control))
+        ticks = scene.ticks - begun
+        if reason == "done" and must_lie(scene, task, rules):
+            reason = run_alone(scene, 0, settle(self._pilot, task))
         self.steps += 1
-        truncated = verdict is None and self.steps >= rules.step_limit(self.start.task.kind)
+        verdict: Verdict | None = None
+        if reason:
+            verdict = "success" if reason == "done" else "failure"
+        truncated = verdict is None and self.steps >= rules.step_limit(task.kind)
         return Step(
-            state,
-            reward(rules, before, state, verdict),
+            control,
+            self.state,
+            reward(rules, before, self.state, verdict),
             verdict,
-            reason or ("timeout" if truncated else ""),
+            "success" if verdict == "success" else "timeout" if truncated else reason,
             truncated,
             ticks,
         )
@@ -87,35 +104,3 @@ class Episode:
     def close(self) -> None:
         """Free the scene."""
         self.scene.close()
-
-    def _observe(self) -> State:
-        return observe(self.scene.robot(0), self.scene.box(0), self.start.task)
-
-    def _settled(self) -> Verdict:
-        """What has become of the box when the robot has stopped."""
-        self.scene.drive(0, 0.0, 0.0)
-        for _ in range(round(SETTLE_SECONDS / self.scene.tick_seconds)):
-            self.scene.tick()
-        return "success" if lies(self.scene, self.start.task) else "failure"
-
-    def _judge(self, state: State) -> tuple[Verdict | None, str]:
-        task = self.start.task
-        verdict = judge(task, state, self.scene.robot(0), self.scene.box(0))
-        if task.kind == "hole" and is_deep(self.scene, task):
-            # The paper's conditions hold while the box still leans over the edge, or tumbles.
-            over = lies(self.scene, task) or pressed(self.scene, 0, task)
-            verdict = self._settled() if over else None
-        if verdict == "success" and self.rules.at_node and task.kind != "hole":
-            if short_of_node(state):
-                verdict = None
-            elif self.rules.guards and state.distance > OFF_NODE:
-                return "abort", "off_node"
-        if verdict is not None:
-            return verdict, verdict
-        if fault := self.scene.robot_fault(0) or self.scene.box_fault(0):
-            return "failure", fault
-        if self.rules.leash is not None and math.hypot(state.x_box, state.y_box) > self.rules.leash:
-            return "abort", "robot_far"
-        if self.rules.guards and (why := guard(task, state, self._first_offset)):
-            return "abort", why
-        return None, ""

@@ -1,8 +1,9 @@
 """How well pushes go: single pushes by terrain, and chains of pushes."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,7 +16,7 @@ from colonysim.push.executors import ChooserName, Executor, ExecutorName, make_e
 from colonysim.push.judging import STEP_LIMIT, STEP_TICKS, Rules, Verdict, judge, reward
 from colonysim.push.paths import everything_else
 from colonysim.push.state import observe
-from colonysim.push.task import Chooser, Kind, Log, Manoeuvre, ignore
+from colonysim.push.task import Chooser, Kind, Log, Manoeuvre, PushTask, WheelSpeeds, ignore, run_alone
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, Start, distribution, draw
 
@@ -170,42 +171,50 @@ def play_push(
         ticks[chooser] += held
         log(chooser, control, held)
 
-    task = start.task
     with start.scene() as scene:
-        manoeuvre: Manoeuvre = executor(scene, 0, task, everything_else(scene, 0), count, seed)
-        state = before = observe(scene.robot(0), scene.box(0), task)
-        limit = STEP_LIMIT[task.kind] * STEP_TICKS
-        gained, reason = 0.0, "timeout"
-        verdict: Verdict | None = None
+        manoeuvre = executor(scene, 0, start.task, everything_else(scene, 0), count, seed)
         if each_tick is not None:
             each_tick(scene)
-        while scene.ticks < limit:
-            try:
-                speeds = next(manoeuvre)
-            except StopIteration as end:
-                reason = end.value.reason
-                state = observe(scene.robot(0), scene.box(0), task)
-                verdict = judge(task, state, scene.robot(0), scene.box(0))
-                break
-            scene.drive(0, speeds.left, speeds.right)
-            scene.tick()
-            if each_tick is not None:
-                each_tick(scene)
-            if scene.ticks % CONTROL_TICKS and scene.ticks % STEP_TICKS:
-                continue
+        verdict, reason, gained = run_alone(
+            scene, 0, _measured(scene, start.task, manoeuvre), each_tick and partial(each_tick, scene)
+        )
+        return Played(verdict == "success", verdict or reason, gained, scene.time, ticks["network"], ticks["script"])
+
+
+def _measured(
+    scene: Scene, task: PushTask, manoeuvre: Manoeuvre
+) -> Generator[WheelSpeeds, None, tuple[Verdict | None, str, float]]:
+    """A manoeuvre until it ends, the paper's table has its verdict, or the step limit is reached.
+
+    Returns:
+        The table's verdict, why the push ended if there is none, and the sum of paper Eq. 8.
+    """
+    state = before = observe(scene.robot(0), scene.box(0), task)
+    limit = STEP_LIMIT[task.kind] * STEP_TICKS
+    gained, reason = 0.0, "timeout"
+    verdict: Verdict | None = None
+    while scene.ticks < limit:
+        try:
+            yield next(manoeuvre)
+        except StopIteration as end:
+            reason = end.value.reason
             state = observe(scene.robot(0), scene.box(0), task)
             verdict = judge(task, state, scene.robot(0), scene.box(0))
-            if verdict is not None:
+            break
+        if scene.ticks % CONTROL_TICKS and scene.ticks % STEP_TICKS:
+            continue
+        state = observe(scene.robot(0), scene.box(0), task)
+        verdict = judge(task, state, scene.robot(0), scene.box(0))
+        if verdict is not None:
+            break
+        if scene.ticks % STEP_TICKS == 0:
+            if fault := scene.robot_fault(0) or scene.box_fault(0):
+                reason = fault
                 break
-            if scene.ticks % STEP_TICKS == 0:
-                if fault := scene.robot_fault(0) or scene.box_fault(0):
-                    reason = fault
-                    break
-                gained += reward(_REWARDED, before, state, None)
-                before = state
-        manoeuvre.close()
-        gained += reward(_REWARDED, before, state, verdict)
-        return Played(verdict == "success", verdict or reason, gained, scene.time, ticks["network"], ticks["script"])
+            gained += reward(_REWARDED, before, state, None)
+            before = state
+    manoeuvre.close()
+    return verdict, reason, gained + reward(_REWARDED, before, state, verdict)
 
 
 def _summary(played: Sequence[Played]) -> dict[str, Any]:

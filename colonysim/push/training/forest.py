@@ -109,15 +109,12 @@ def gather_states(
         start = draw(KINDS[number % len(KINDS)], chosen[number // len(KINDS) % len(chosen)], rng)
         choose = network_chooser(network, rng)
         episode = Episode(start, rules)
-        trajectory = [episode.state]
-        step = episode.step(choose(episode.state))
-        while not step.over:
-            trajectory.append(step.state)
-            step = episode.step(choose(step.state))
+        first, steps = episode.state, list(episode.play(choose))
         episode.close()
-        seen += trajectory
-        labels += [int(step.verdict == "success")] * len(trajectory)
-        episodes += [number] * len(trajectory)
+        # What was chosen from: the state after the last action is none.
+        seen += [first, *(step.state for step in steps[:-1])]
+        labels += [int(steps[-1].verdict == "success")] * len(steps)
+        episodes += [number] * len(steps)
         number += 1
         if on_progress is not None:
             on_progress(min(len(seen), states), states)

@@ -23,7 +23,7 @@ from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays
 from colonysim.push.state import State
 from colonysim.push.task import Kind
 from colonysim.push.training.demonstrator import demonstrate
-from colonysim.push.training.episode import Episode, Step
+from colonysim.push.training.episode import Episode
 from colonysim.push.training.mirror import mirror_signs, mirrored
 from colonysim.push.training.presets import PRESETS, StartMix, TrainingConfig
 from colonysim.push.training.replay import NStep, Replay
@@ -256,16 +256,13 @@ class _Run:
         episode = _begin(kind, mix, config, rng)
         steps = NStep(self.replay, config.steps, config.gamma)
         encoded = encode(config.inputs, episode.state)
-        over = False
-        while not over:
-            control = self._explore(episode.state, rng)
-            step = episode.step(control)
+        for step in episode.play(lambda state: self._explore(state, rng)):
             following = encode(config.inputs, step.state)
             steps.add(
-                encoded, int(control), step.reward, following,
+                encoded, int(step.control), step.reward, following,
                 terminal=step.verdict is not None, over=step.over,
             )  # fmt: skip
-            encoded, over = following, step.over
+            encoded = following
             self.actions += 1
             if self.actions % config.update_every == 0 and len(self.replay) >= max(config.update_from, config.batch):
                 batch = self.replay.sample(config.batch, self.rng)
@@ -408,13 +405,9 @@ def play(
 ) -> tuple[float, bool]:
     """One episode without learning; its reward, and whether it succeeded."""
     episode = _begin(kind, mix, config, rng)
-    gained = 0.0
-    step: Step | None = None
-    while step is None or not step.over:
-        step = episode.step(choose(episode.state))
-        gained += step.reward
+    steps = list(episode.play(choose))
     episode.close()
-    return gained, step.verdict == "success"
+    return sum(step.reward for step in steps), steps[-1].verdict == "success"
 
 
 def _begin(kind: Kind, mix: StartMix, config: TrainingConfig, rng: np.random.Generator) -> Episode:
