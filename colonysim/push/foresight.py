@@ -1,4 +1,7 @@
-"""What can be told about the pushes of a way before the first of them: the planner's room, turns, and the terrain."""
+"""Features of the pushes along a box's way (its sequence of nodes), told before the first push begins.
+
+They are made from the planner's room, the turns of box and robot, and the terrain; `way.py` makes chances of them.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -22,7 +25,7 @@ _LOOKS = 24
 
 
 class Features(NamedTuple):
-    """What a chance is estimated from.
+    """The ten numbers that the chance of one push is estimated from.
 
     Attributes:
         room: The planner's margin, up to .5 m either way; negative: it finds no way to do it.

@@ -1,4 +1,7 @@
-"""The chance that the pushes of a way succeed: a logistic regression on what can be foreseen of each."""
+"""The chance that a box gets all along its way: a logistic regression on what can be foreseen of each push.
+
+The way of a box is the sequence of nodes that it is to be pushed along, one push from each node to the next.
+"""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +21,7 @@ __all__ = ["WayChance", "chances_along", "load_way_chance"]
 
 @dataclass(frozen=True, slots=True)
 class WayChance:
-    """A logistic regression.
+    """A logistic regression that foresees whether one push of a way succeeds.
 
     Attributes:
         weights: One for each of the `Features`.
@@ -29,7 +32,10 @@ class WayChance:
     bias: float
 
     def __call__(self, seen: Features) -> float:
-        """The chance that a push succeeds, given that those before it did; the chance of a way is their product."""
+        """The chance (0 to 1) that a push succeeds, given that those before it did.
+
+        The chance of a way is the product over its pushes.
+        """
         odds = self.bias + sum(w * x for w, x in zip(self.weights, seen, strict=True))
         return 1.0 / (1.0 + math.exp(-odds)) if odds > -700.0 else 0.0
 
@@ -57,7 +63,7 @@ def load_way_chance(source: str | Path = "way") -> WayChance:
 def chances_along(
     scene: Scene, robot: int, tasks: Sequence[PushTask], around: Surroundings, model: WayChance
 ) -> list[float]:
-    """The chance of each push of a way, given that those before it succeed.
+    """The chance (0 to 1) of each push of a box's way, in order, given that those before it succeed.
 
     Args:
         scene: The scene; nothing in it moves.

@@ -1,4 +1,4 @@
-"""Fits the chance of a way to pushes that were logged, and says how far it can be trusted."""
+"""Fits `WayChance`, the chance of each push along a box's way, to logged pushes, and tests its calibration."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Ways of a box through cramped, random surroundings, on which pushes fail often enough to learn when they do."""
+"""Random scenes in which a box is pushed from node to node (its way) through cramped surroundings.
+
+Pushes fail there often enough to learn when they do.
+"""
 
 import math
 from collections.abc import Sequence
@@ -24,7 +27,7 @@ _DRAWS = 60
 
 @dataclass(frozen=True, slots=True)
 class CrampedWay:
-    """A box's way over some nodes, and what stands about.
+    """A scene and the pushes of one box in it, from node to node.
 
     Attributes:
         terrain: Ground that ends near the way, pits, perhaps a ramp.

@@ -23,7 +23,7 @@ class Step:
 
     Attributes:
         control: The control that was held.
-        state: The state after it.
+        state: The state after it; of a box in a pit, before it has come to rest.
         reward: What it was worth.
         verdict: `"success"` or `"failure"`, which end the episode, or None.
         reason: Why the episode ended: `"success"`, `"timeout"` (the step limit), a reason of `judging.ending`, `"not

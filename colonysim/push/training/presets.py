@@ -51,7 +51,7 @@ class StartMix:
     Attributes:
         name: The distribution.
         share: Weight of it.
-        guards: Whether the staged executor's aborts end these episodes; `rl` runs without them.
+        guards: Whether guards end these episodes, as they end a push in a colony; without them the paper's table does.
     """
 
     name: str

@@ -1,4 +1,7 @@
-"""Ways that were pushed in cramped surroundings: what was foreseen of each push, and what came of it."""
+"""Log of boxes pushed along random ways (sequences of nodes) in cramped surroundings.
+
+It holds of each push what was foreseen and what came of it: the data that the chance of a way is fitted to.
+"""
 
 import json
 import math
@@ -50,7 +53,7 @@ class LoggedPush:
 
 @dataclass(frozen=True, slots=True)
 class LoggedWay:
-    """A way until its end, or until its first push that failed.
+    """What was logged of one box on its way, to the last node or to its first push that failed.
 
     Attributes:
         foreseen: Features of all its pushes before the first one.
