@@ -68,8 +68,7 @@ RECORD = "colonysim/compiled.json"
 SHARED = "colonysim._cython"
 """What Cython needs in every module, such as typed views of arrays, is compiled once and shared."""
 
-# Methods for pickling are a tenth of the C, and nobody needs them: what is compiled says itself how it is copied.
-DIRECTIVES = {"language_level": 3, "annotation_typing": False, "auto_pickle": False}
+DIRECTIVES = {"language_level": 3, "annotation_typing": False}
 
 
 def compile_hot(root: Path, scratch: Path) -> list[Path]:

@@ -86,7 +86,9 @@ def load(group: str, name: str) -> Any:
             found = getattr(found, part)
     except ColonysimError:
         raise  # it says already what is missing
-    except Exception as error:  # another's module may fail in any way; ours still owes a message
+    except (MemoryError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # another's module may fail in any way, exit() included; ours still owes a message
         absent = isinstance(error, ModuleNotFoundError) and module.startswith(error.name or module)
         hint = "; Python does not find it: install it, or name its folder in PYTHONPATH" if absent else ""
         raise PluginError(f"{name!r} ({place}) cannot be loaded: {type(error).__name__}: {error}{hint}") from error
@@ -146,7 +148,10 @@ def lacking(group: str, part: object) -> str:
     for name in attributes:
         if not hasattr(part, name):
             return f"is no {kind}: {type(part).__name__} has no attribute {name!r}"
-    called = getattr(part, "name", None)
+    try:
+        called = getattr(part, "name", None)
+    except Exception as error:
+        return f"is no {kind}: the name of {type(part).__name__} raises {type(error).__name__}: {error}"
     if not (isinstance(called, str) and called):
         return f"is no {kind}: the name of {type(part).__name__} is {called!r}, expected some text"
     return ""
@@ -166,7 +171,9 @@ def _made(group: str, what: str, factory: Callable[..., Any], *arguments: Any) -
         part = factory(*arguments)
     except ColonysimError:
         raise  # it says already what is wrong
-    except Exception as error:  # another's code may fail in any way; ours still owes a message
+    except (MemoryError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # another's code may fail in any way, exit() included; ours still owes a message
         raise PluginError(f"{what} cannot be made: {type(error).__name__}: {error}") from error
     return _complete(group, what, part)
 

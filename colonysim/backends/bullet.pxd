@@ -6,7 +6,7 @@ from colonysim.physics.scene cimport Scene as SceneType  # bullet.py makes its o
 
 cdef class Bullet:
     cdef public bint recording
-    cdef readonly object push, feasibility, feasible_way, edge_seconds
+    cdef readonly object push, feasibility, edge_seconds
     cdef readonly SceneType _scene
     cdef readonly Actions _actions
     cdef readonly object _world, _layout

@@ -63,7 +63,6 @@ class Bullet:
             executor: "way" for "staged", to which it was fitted, "forest" for "rl", "geometry" for "scripted".
 
     Attributes:
-        feasible_way: An optional part of the protocol; None unless `feasibility` is "way".
         recording: Another; whether poses and controls are kept for `rows`.
 
     Raises:
@@ -95,7 +94,6 @@ class Bullet:
         self._execute: Executor = make_executor(self.push, model=model, gate=gate)
         self._forest = (gate or load_feasibility()) if self.feasibility == "forest" else None
         self._way_chance = load_way_chance() if self.feasibility == "way" else None
-        self.feasible_way: FeasibleWay | None = self._along if self._way_chance else None
         self._scene: Scene | None = None
         self._laid_out: Scenario | None = None
 
@@ -272,6 +270,11 @@ class Bullet:
         if self._forest is not None:
             return chance_of_push(scene, agent, task, self._forest, self._fixed_around())
         return 1.0 if plan_push(scene, task.box, task, self._fixed_around()).margin >= 0.0 else 0.0
+
+    @property
+    def feasible_way(self) -> FeasibleWay | None:
+        """An optional part of the protocol; None unless `feasibility` is "way"."""
+        return self._along if self._way_chance else None
 
     def _along(self, agent: int, box: int, way: Sequence[int]) -> Sequence[float]:
         """The chance of each push of a way; 0 from where the rules of the place forbid one."""

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, PluginError
 from colonysim.pheromones.field import Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
@@ -74,6 +74,8 @@ def simulate(
     mode = mode_of(scenario, mode)
     count = scenario.episodes if episodes is None else whole("episodes", episodes)
     streams = Streams(as_seed(seed))
+    if isinstance(kinds, str):
+        raise ColonysimError(f"kinds is {kinds!r}, expected a list of kinds, such as [{kinds!r}]")
     for kind in () if kinds is None else kinds:
         if kind not in EVENT_KINDS:
             raise ColonysimError(f"kinds: no events of kind {kind!r}; {nearest(str(kind), EVENT_KINDS)}")
@@ -86,7 +88,10 @@ def simulate(
         _load_fields(world, fields, initial)
     made = make_backend(backend, backend_options)
     if hasattr(made, "recording"):
-        made.recording = sink is not None
+        try:
+            made.recording = sink is not None
+        except AttributeError as error:
+            raise PluginError(f"backend {made.name!r}: recording cannot be set: {error}") from error
     body = checked_backend(made, world, rows)
     memories: list[Any] = [None] * len(scenario.agents)
     episode: Episode | None = None

@@ -43,11 +43,11 @@ cdef class Episode:
     cdef public list memories, views, random, processes, marks, outcomes, turns
     cdef public dict asks
     cdef public set finished, short
-    cdef public long long number, acting, max_steps
+    cdef public long long number, acting, armed, timed, max_steps
     cdef public double now, due, last_outcome, stall, limit, edge_seconds
     cdef public bint stuck, synchronous, clocked
     cdef public int goal
-    cdef unsigned char[::1] doing
+    cdef unsigned char[::1] doing, expires
     cdef int[::1] target, box, hole, ends_at, short_waits, spins
     cdef double[::1] began, since
     cdef long long[::1] steps
@@ -56,6 +56,7 @@ cdef class Episode:
     cdef _prepare(self, number, memories, streams, synchronous)
     @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double)
     cdef bint _go_on(self) except? -1
+    cdef bint _anything_due(self) except? -1
     cdef bint _stalls(self, double due) except? -1
     cpdef _resume(self, int agent)
     @cython.locals(decision=Decision)

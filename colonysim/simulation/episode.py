@@ -134,6 +134,7 @@ class Episode:
         # Steps begun; since when it waits, and how often it has decided to wait for short or no time at all.
         self.steps, self.since = array("q", [0]) * agents, array("d", [0.0]) * agents
         self.short_waits, self.spins = array("i", [0]) * agents, array("i", [0]) * agents
+        self.expires = bytearray(agents)
         self.asks: dict[int, int] = {}
         self.visit = Visit()
 
@@ -151,8 +152,9 @@ class Episode:
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
+            self.expires[agent] = 0
         self.now = self.due = self.last_outcome = 0.0
-        self.stuck, self.acting = False, 0
+        self.stuck, self.acting, self.armed, self.timed = False, 0, 0, 0
         self.short: set[int] = set()
         self.finished: set[int] = set()
         self.asks.clear()
@@ -209,7 +211,7 @@ class Episode:
         """Lets happen what is due until there are events to hand out; returns False once the episode is over."""
         peek, step, rows, agents = self.env.peek, self.env.step, self.rows, len(self.views)
         while True:
-            due = self.due = peek()
+            due = self.due = peek() if self._anything_due() else inf
             if due > self.limit or self._stalls(due):
                 return False
             if self.stuck or len(self.finished) == agents:
@@ -219,6 +221,10 @@ class Episode:
             step()
             if rows.events:
                 return True
+
+    def _anything_due(self) -> bool:
+        """Whether anything can still happen: SimPy's queue also holds the timers of waits that have ended before."""
+        return self.synchronous or self.armed > 0 or self.timed > 0 or self.clock.pending
 
     def _stalls(self, due: float) -> bool:
         """Whether nothing comes out any more, if nothing happens before `due`: no action is under way that will end."""
@@ -252,6 +258,7 @@ class Episode:
         result = EpisodeResult(
             self.number, steps, arrived / agents if agents else 1.0, ended, now, world.seated(), wall
         )
+        self.rows.now = now
         self.rows.event("episode", status=ended, step=steps)
         self.rows.close(self.fields, result)
         yield from self.rows.events
@@ -261,6 +268,7 @@ class Episode:
 
     def _resume(self, agent: int) -> None:
         """The alarm of an agent has come: its action has ended, or it is to choose again."""
+        self.armed -= 1
         if self.doing[agent] == ACTING:
             self.doing[agent] = RESTING
             self.acting -= 1
@@ -299,6 +307,7 @@ class Episode:
         """Sets an agent's alarm, and before or after what else happens then."""
         process = self.processes[agent]
         process.arm(self.env, seconds, order + self.ties.draw(agent))
+        self.armed += 1
 
     def _ended(self, agent: int, outcome: Outcome) -> None:
         """The clock says that an action has ended, at this time."""
@@ -439,6 +448,8 @@ class Episode:
             number = self.waiting.begin(agent, wait.nodes)
             if wait.seconds is not None:
                 self.timers.start(self.env, self._length(agent, wait.seconds), ENDS + self.ties.draw(agent), number)
+                self.expires[agent] = 1
+                self.timed += 1
         clear = -1 if wait is None else wait.clear
         if self.asks and world.clear_requests.get(clear) != agent:
             self._withdraw_request(agent)
@@ -474,6 +485,8 @@ class Episode:
     def _rested(self, agent: int) -> None:
         view = self.views[agent]
         self.waiting.end(agent)
+        self.timed -= self.expires[agent]
+        self.expires[agent] = 0
         view.waited += (self.now - self.since[agent]) / self.edge_seconds
 
     def _withdraw_request(self, agent: int) -> None:
@@ -508,7 +521,9 @@ class Episode:
             moves = False
             if decision.node < 0:
                 wait = decision.waits(self.views[agent])
-                timed = timed or wait.seconds is not None
+                # Whoever is asked for the first time to clear a node can hear it at the next tick.
+                asks = wait.clear >= 0 and wait.clear not in self.world.clear_requests
+                timed = timed or asks or wait.seconds is not None
             elif blockers := self._reserve(agent, decision):
                 timed, wait = True, self._refused(agent, decision, blockers)
             else:

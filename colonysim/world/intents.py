@@ -36,7 +36,9 @@ class Push:
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """Do nothing until one of `nodes` changes (occupied, reserved, filled), or `seconds` have passed.
+    """Do nothing until one of `nodes` changes, or `seconds` have passed.
+
+    A node changes when an agent arrives there or leaves it, a box moves, or a reservation is given up.
 
     Attributes:
         nodes: Nodes whose change wakes the agent.

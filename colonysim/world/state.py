@@ -418,15 +418,18 @@ class World:
             pushed: The box that it begins to push or to take hold of, or -1 if it travels.
 
         Returns:
-            Whether the claim on `pushed` is new.
+            Whether the claim on `pushed` is new: a box that is out of reach, or another's, is not claimed.
         """
-        claimed = pushed >= 0 and self.box_claim[pushed] != agent
         held = self.agent_box[agent]
         if held >= 0 and held != pushed and self.box_claim[held] == agent:
             self.box_claim[held] = -1
-        if pushed >= 0:
-            self.box_claim[pushed] = agent
-        return claimed
+        if pushed < 0 or self.box_claim[pushed] != -1:
+            return False
+        at, node = self.box_node[pushed], self.agent_node[agent]
+        if at != node and not self.adjacent(node, at):
+            return False
+        self.box_claim[pushed] = agent
+        return True
 
     def apply(self, agent: int, intent: Intent, outcome: Outcome) -> set[int]:
         """Writes what an outcome says; returns every node at which something changed."""
@@ -489,7 +492,8 @@ class World:
         if self.box_node[box] == node:
             self.agent_box[agent] = box
         else:
-            self.box_claim[box] = -1
+            if self.box_claim[box] == agent:
+                self.box_claim[box] = -1
             # A refused first step leaves the agent where it was, perhaps beside another box of its own.
             if node != origin or self.agent_box[agent] == box:
                 self.agent_box[agent] = -1

@@ -12,7 +12,7 @@ from backends.places import FORK, LANE, place, started
 from colonysim.backends.bullet import Bullet
 from colonysim.backends.protocol import Finished
 from colonysim.errors import ColonysimError
-from colonysim.physics import Scene, WheelSpeeds
+from colonysim.physics import Scene
 from colonysim.physics.shapes import quaternion
 from colonysim.randomness import Streams
 from colonysim.simulation import simulate
@@ -319,11 +319,10 @@ def test_a_robot_whose_way_stays_shut_gives_up() -> None:
 
 def test_a_standstill_ends_the_episode() -> None:
     class Still(Bullet):
-        """Its robots never start."""
+        """Its robots never start: their time does not pass."""
 
-        def _drive(self, agent, place, log):  # type: ignore[no-untyped-def]
-            while True:
-                yield WheelSpeeds(0.0, 0.0)
+        def advance(self, now):  # type: ignore[no-untyped-def]
+            return ()
 
     scenario, body = place({**LANE, "holes": [], "boxes": [], "stall_seconds": 20}), Still(push="scripted")
     events = list(simulate(scenario, backend=body, episodes=1, seed=1))

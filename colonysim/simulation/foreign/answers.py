@@ -11,6 +11,8 @@ from numbers import Real
 from reprlib import Repr
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from colonysim.errors import ColonysimError, PluginError
 from colonysim.pheromones.field import Write
 
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
     from colonysim.world.state import World
 
 __all__ = [
-    "LARGEST", "LONGEST_TEXT", "MOST", "PASSED_ON", "SHOWN", "Foreign", "fits", "is_text", "listed", "real", "told",
-    "whole",
+    "LARGEST", "LONGEST_TEXT", "MOST", "PASSED_ON", "SHOWN", "Foreign", "fits", "is_text", "listed", "plain", "real",
+    "told", "whole",
 ]  # fmt: skip
 
 PASSED_ON = (ColonysimError, MemoryError, KeyboardInterrupt)
@@ -70,6 +72,11 @@ def whole(value: Any) -> int | None:
         return None if isinstance(value, bool) else operator.index(value)
     except TypeError:
         return None
+
+
+def plain(value: Any) -> Any:
+    """A number or truth value of NumPy as Python's own; anything else as it is."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def listed(given: Iterable[Any]) -> list[Any]:

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from colonysim.backends.protocol import Done
-from colonysim.simulation.foreign.answers import LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, real, whole
+from colonysim.backends.protocol import Done, TraceRow
+from colonysim.simulation.foreign.answers import LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, plain, real, whole
 from colonysim.trace.schema import TABLES
-from colonysim.world.intents import BoxPlace, Outcome
+from colonysim.world.intents import BoxPlace, Outcome, Wait
 
 if TYPE_CHECKING:
-    from colonysim.backends.protocol import Backend, Finished, TraceRow
+    from colonysim.backends.protocol import Backend, Finished
     from colonysim.randomness import Streams
     from colonysim.trace.rows import Rows
     from colonysim.world.intents import Intent
@@ -22,6 +22,8 @@ __all__ = ["ForeignBackend"]
 
 _OF_BACKENDS = ("poses", "controls")
 """The tables whose rows a backend may give; the others are the simulation's own."""
+SHORTEST_TICK = 1e-6
+"""Seconds; with shorter ticks no waiting would ever end."""
 
 
 class ForeignBackend(Foreign):
@@ -43,6 +45,8 @@ class ForeignBackend(Foreign):
             seconds = real(given)
             if (seconds is None or seconds <= 0.0) and not (name == "tick" and given is None):
                 raise self._fault(f"{name} is {SHOWN.repr(given)}, expected seconds above 0")
+            if name == "tick" and seconds is not None and seconds < SHORTEST_TICK:
+                raise self._fault(f"tick is {SHOWN.repr(given)}, expected at least {SHORTEST_TICK:g} seconds")
             setattr(self, name, seconds)
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
@@ -63,15 +67,20 @@ class ForeignBackend(Foreign):
         return found
 
     def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
-        """Nodes and edges that exist."""
+        """Nodes and edges that exist, the intent's own node among them."""
         given = self._call("footprint", agent, intent, agent=agent)
         found: list[Place] = []
         for place in self._listed("footprint", given, agent):
             ends = tuple(whole(end) for end in (place if isinstance(place, tuple) else (place,)))
-            if len(ends) > 2 or not ends or not all(end is not None and 0 <= end < self._nodes for end in ends):
+            sound = len(ends) == (2 if isinstance(place, tuple) else 1)
+            if not sound or not all(end is not None and 0 <= end < self._nodes for end in ends):
                 why = f"footprint of {SHOWN.repr(intent)} holds {SHOWN.repr(place)}, expected a node or an edge"
                 raise self._fault(why, agent)
-            found.append(ends if isinstance(place, tuple) else ends[0])  # type: ignore[arg-type]
+            # An edge is one place, whichever of its ends is named first.
+            found.append(tuple(sorted(ends)) if isinstance(place, tuple) else ends[0])  # type: ignore[arg-type, type-var]
+        if not isinstance(intent, Wait) and intent.node not in found:
+            why = f"footprint of {SHOWN.repr(intent)} is {SHOWN.repr(given)}, but that lacks node {intent.node} itself"
+            raise self._fault(why, agent)
         return frozenset(found)
 
     def start(self, agent: int, intent: Intent, now: float) -> Done | None:
@@ -134,11 +143,22 @@ class ForeignBackend(Foreign):
                         why = "there is no such box"
                     elif place is None or not 0 <= place < self._nodes:
                         why = "there is no such node for the box"
+                if not why and node is not None:
+                    why = self._misplaced(agent, intent, outcome.status, node)
         if why:
             raise self._fault(f"{SHOWN.repr(intent)} came to {SHOWN.repr(outcome)}: {why}", agent)
         if type(outcome.node) is int and not kept and not boxes:
             return outcome  # type: ignore[no-any-return]
         return Outcome(outcome.status, node, tuple(boxes), outcome.reason, outcome.lost, kept)  # type: ignore[arg-type]
+
+    def _misplaced(self, agent: int, intent: Intent, status: str, node: int) -> str:
+        """Why an agent cannot be where an outcome puts it, or ""."""
+        world = self._world
+        here = world.agent_node[agent]
+        if status == "arrived" and node != here and not isinstance(intent, Wait) and node != intent.node:
+            return f"it did not set out for node {node}"
+        occupant = world.occupant[node]
+        return "" if node == here or occupant < 0 else f"agent {occupant} stands on node {node}"
 
     def cancel(self, agent: int) -> None:
         """No outcome may come of it."""
@@ -152,18 +172,20 @@ class ForeignBackend(Foreign):
 
     def rows(self) -> Iterable[TraceRow]:
         """Rows that fit their table."""
-        given = self._listed("rows", self._call("rows"))
-        for each in given:
+        found: list[TraceRow] = []
+        for each in self._listed("rows", self._call("rows")):
             try:
                 table, row = each
                 kinds = [*TABLES[table].values()][1:]  # the simulation puts the episode in front
                 sound = table in _OF_BACKENDS and len(row) == len(kinds)
+                row = tuple(plain(value) for value in row)
                 sound = sound and all(fits(value, kind) for value, kind in zip(row, kinds, strict=True))
             except (TypeError, ValueError, LookupError):
                 sound = False
             if not sound:
                 raise self._fault(f"rows returns {SHOWN.repr(each)}, expected rows of {' and '.join(_OF_BACKENDS)}")
-        return given
+            found.append(TraceRow(table, row))
+        return found
 
     def close(self) -> None:
         """It may raise."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from colonysim.pheromones.field import Write
+import numpy as np
+
+from colonysim.pheromones.field import Visit, Write
 from colonysim.pheromones.marks import Marks
 from colonysim.simulation.foreign.answers import PASSED_ON, SHOWN, Foreign, real, whole
 
 if TYPE_CHECKING:
-    from colonysim.pheromones.field import Field, Visit
+    from colonysim.pheromones.field import Field
     from colonysim.trace.rows import Rows
     from colonysim.world.state import World
 
@@ -22,8 +24,11 @@ class ForeignField(Foreign, Marks):
 
     def __init__(self, field: Field, world: World, rows: Rows) -> None:
         super().__init__(field, "field", world, rows)
+        if not isinstance(field.by_box, bool | np.bool_):
+            raise self._fault(f"by_box is {SHOWN.repr(field.by_box)}, expected True or False")
         self.by_box = bool(field.by_box)
         self._written: list[Write] = []
+        self._visit = Visit()
 
     def at(self, node: int, key: int = -1) -> float:
         """A finite number."""
@@ -42,13 +47,17 @@ class ForeignField(Foreign, Marks):
 
     def mark(self, visit: Visit) -> int:
         """Finite values at what exists."""
+        told = self._visit  # one of its own: what it changes there no other field shall read
+        told.moment, told.agent, told.node, told.level = visit.moment, visit.agent, visit.node, visit.level
+        told.box, told.hole, told.left, told.before = visit.box, visit.hole, visit.left, visit.before
         try:
-            given = self._part.deposit(visit)
+            given = self._part.deposit(told)
         except PASSED_ON:
             raise
         except BaseException as error:
             raise self._raised("deposit", error, visit.agent) from error
-        self._written = [] if given == () else self._writes("deposit", self.by_box, visit.agent, given)
+        empty = type(given) is tuple and not given
+        self._written = [] if empty else self._writes("deposit", self.by_box, visit.agent, given)
         return len(self._written)
 
     def place(self, i: int) -> int:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
 from colonysim.policies.decision import Decider, new_decision
 from colonysim.policies.policy import Choice
 from colonysim.simulation.foreign.answers import PASSED_ON, SHOWN, Foreign, listed, real, whole
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
     from colonysim.world.state import World
 
 __all__ = ["ForeignPolicy"]
+
+ROUNDING = 1e-6
+"""A probability may be above 1 by this much."""
 
 
 class ForeignPolicy(Foreign, Decider):
@@ -50,14 +55,15 @@ class ForeignPolicy(Foreign, Decider):
         if not isinstance(choice, Choice):
             raise self._fault(f"decide returns {SHOWN.repr(choice)}, expected a Choice", agent)
         decision, intent = new_decision(choice.memory), choice.intent
-        if type(intent) is Travel and not choice.targets:  # most are no more than that
+        plain = type(choice.targets) is tuple and not choice.targets and choice.explored is False
+        if plain and type(intent) is Travel:  # most are no more than that
             node = intent.node
             if type(node) is int and 0 <= node < self._nodes and self._leads(agent, node):
                 decision.choice, decision.node = choice, node
                 return decision
         found, why = self._intent(agent, intent)
         if not why:
-            why = self._options(choice)
+            choice, why = self._options(choice)
         if why or found is None:
             raise self._fault(f"it wants {SHOWN.repr(intent)}: {why}", agent)
         decision.choice = choice if found is intent else choice._replace(intent=found)
@@ -108,22 +114,27 @@ class ForeignPolicy(Foreign, Decider):
             return None, "there is no such node to be cleared"
         return Wait(nodes, seconds, clear), ""  # type: ignore[arg-type]
 
-    def _options(self, choice: Choice) -> str:
+    def _options(self, choice: Choice) -> tuple[Choice, str]:
+        """The choice with what it was made from as plain numbers, and what is wrong with it."""
+        explored = choice.explored
+        if not isinstance(explored, bool | np.bool_):
+            return choice, f"explored is {SHOWN.repr(explored)}, expected True or False"
         try:
             targets, boxes = listed(choice.targets), listed(choice.boxes)
             chances = listed(choice.probabilities)
         except Exception:
-            return "expected targets, boxes and probabilities of the choice"
-        if not targets and not boxes and not chances:
-            return ""
+            return choice, "expected targets, boxes and probabilities of the choice"
         if not len(targets) == len(boxes) == len(chances):
-            return f"its choice has {len(targets)} targets, {len(boxes)} boxes and {len(chances)} probabilities"
+            why = f"its choice has {len(targets)} targets, {len(boxes)} boxes and {len(chances)} probabilities"
+            return choice, why
         for target, box, chance in zip(targets, boxes, chances, strict=True):
             node, given_box = whole(target), whole(box)
             if node is None or not 0 <= node < self._nodes:
-                return f"one of its targets is {SHOWN.repr(target)}, expected a node"
+                return choice, f"one of its targets is {SHOWN.repr(target)}, expected a node"
             if given_box is None or not -1 <= given_box < self._boxes:
-                return f"one of the boxes of its choice is {SHOWN.repr(box)}, expected a box or -1"
-            if real(chance) is None:
-                return f"one of its probabilities is {SHOWN.repr(chance)}, expected a number"
-        return ""
+                return choice, f"one of the boxes of its choice is {SHOWN.repr(box)}, expected a box or -1"
+            share = real(chance)
+            if share is None or not 0.0 <= share <= 1.0 + ROUNDING:
+                return choice, f"one of its probabilities is {SHOWN.repr(chance)}, expected a number from 0 to 1"
+        plain = (tuple(map(int, targets)), tuple(map(int, boxes)), tuple(map(float, chances)))
+        return Choice(choice.intent, choice.memory, bool(explored), *plain), ""
