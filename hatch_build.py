@@ -43,6 +43,7 @@ HOT = (
     "colonysim/push/controls.py",
     "colonysim/push/driving.py",
     "colonysim/push/footing.py",
+    "colonysim/push/judging.py",
     "colonysim/push/learned.py",
     "colonysim/push/paths.py",
     "colonysim/push/staging.py",

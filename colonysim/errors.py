@@ -37,3 +37,16 @@ class Stopped(KeyboardInterrupt):
     # A class of its own also because Python kills itself in the end, whatever the exit code, once a plain
     # `KeyboardInterrupt` came out of an `exec`, as there are many in imports.
     exit_code = 130
+
+
+PASSED_ON = (ColonysimError, MemoryError, KeyboardInterrupt)
+"""Errors that are passed on when a third party's code raises them: the first already says what is wrong, the others are
+not that code's fault."""
+
+
+def told(error: BaseException) -> str:
+    """The class and the message of an error that a third party's code has raised."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:  # its words are another's code too
+        return type(error).__name__

@@ -8,7 +8,7 @@ from functools import partial
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, cast
 
-from colonysim.errors import ColonysimError, PluginError
+from colonysim.errors import PASSED_ON, ColonysimError, PluginError, told
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
@@ -84,14 +84,12 @@ def load(group: str, name: str) -> Any:
         found: Any = importlib.import_module(module)
         for part in attribute.split("."):
             found = getattr(found, part)
-    except ColonysimError:
-        raise  # it says already what is missing
-    except (MemoryError, KeyboardInterrupt):
+    except PASSED_ON:
         raise
     except BaseException as error:  # another's module may fail in any way, exit() included; ours still owes a message
         absent = isinstance(error, ModuleNotFoundError) and module.startswith(error.name or module)
         hint = "; Python does not find it: install it, or name its folder in PYTHONPATH" if absent else ""
-        raise PluginError(f"{name!r} ({place}) cannot be loaded: {type(error).__name__}: {error}{hint}") from error
+        raise PluginError(f"{name!r} ({place}) cannot be loaded: {told(error)}{hint}") from error
     return found
 
 
@@ -151,7 +149,7 @@ def lacking(group: str, part: object) -> str:
     try:
         called = getattr(part, "name", None)
     except Exception as error:
-        return f"is no {kind}: the name of {type(part).__name__} raises {type(error).__name__}: {error}"
+        return f"is no {kind}: the name of {type(part).__name__} raises {told(error)}"
     if not (isinstance(called, str) and called):
         return f"is no {kind}: the name of {type(part).__name__} is {called!r}, expected some text"
     return ""
@@ -169,12 +167,10 @@ def _made(group: str, what: str, factory: Callable[..., Any], *arguments: Any) -
     """
     try:
         part = factory(*arguments)
-    except ColonysimError:
-        raise  # it says already what is wrong
-    except (MemoryError, KeyboardInterrupt):
+    except PASSED_ON:
         raise
     except BaseException as error:  # another's code may fail in any way, exit() included; ours still owes a message
-        raise PluginError(f"{what} cannot be made: {type(error).__name__}: {error}") from error
+        raise PluginError(f"{what} cannot be made: {told(error)}") from error
     return _complete(group, what, part)
 
 

@@ -322,7 +322,7 @@ class LocalView:
 
     def box_at_hand(self) -> bool:
         """Whether there is a box on the own node or next to it."""
-        return self._world.box_beside(self.node)
+        return self._world.box_at_hand(self.node)
 
     def box_in_sight(self) -> bool:
         """Whether there is a box within R."""

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
-from colonysim.errors import ColonysimError, PluginError
+from colonysim.errors import ColonysimError
 from colonysim.pheromones.field import Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
@@ -87,12 +87,7 @@ def simulate(
     if initial:
         _load_fields(world, fields, initial)
     made = make_backend(backend, backend_options)
-    if hasattr(made, "recording"):
-        try:
-            made.recording = sink is not None
-        except AttributeError as error:
-            raise PluginError(f"backend {made.name!r}: recording cannot be set: {error}") from error
-    body = checked_backend(made, world, rows)
+    body = checked_backend(made, world, rows, recording=sink is not None)
     memories: list[Any] = [None] * len(scenario.agents)
     episode: Episode | None = None
     try:

@@ -154,6 +154,7 @@ class Episode:
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
             self.expires[agent] = 0
         self.now = self.due = self.last_outcome = 0.0
+        # Agents that act; alarms of agents that will come; waits under way that end at a time of their own.
         self.stuck, self.acting, self.armed, self.timed = False, 0, 0, 0
         self.short: set[int] = set()
         self.finished: set[int] = set()

@@ -31,7 +31,7 @@ cdef class World:
     @cython.locals(terrain=Terrain, edge=int, j=int)
     cpdef bint beside_box(self, int node, int other) except? -1
     @cython.locals(terrain=Terrain, edge=int, j=int)
-    cpdef bint box_beside(self, int node) except? -1
+    cpdef bint box_at_hand(self, int node) except? -1
     cpdef double headroom(self, int hole) except? -1
     cpdef double base_of(self, int box, int node) except? -1
     @cython.locals(box=int)

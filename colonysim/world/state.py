@@ -214,7 +214,7 @@ class World:
                 return True
         return False
 
-    def box_beside(self, node: int) -> bool:
+    def box_at_hand(self, node: int) -> bool:
         """Whether there is a box on `node` or next to it."""
         if self.top[node] >= 0:
             return True

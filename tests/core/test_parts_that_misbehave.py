@@ -238,7 +238,7 @@ def test_choices_that_no_trace_should_hold(choice, why):
         ends(load_scenario("sanity"), policy=Odd)
 
 
-def test_a_deposit_may_be_an_array():
+def test_a_deposit_that_is_an_array_of_floats_is_an_error_and_no_traceback():
     class Array(Noisy):
         def deposit(self, visit):
             return np.array([[visit.node, -1, 1.0], [visit.node, -1, 2.0]])

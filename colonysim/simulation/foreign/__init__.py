@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import colonysim
-from colonysim.errors import PluginError
+from colonysim.errors import PASSED_ON, PluginError, told
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail
 from colonysim.plugins import BUILT_IN, lacking
 from colonysim.policies.decision import Decider
@@ -110,7 +110,18 @@ def checked_policy(policy: Policy, world: World, rows: Rows) -> Decider:
     return cast("Decider", policy) if own else ForeignPolicy(policy, world, rows)
 
 
-def checked_backend(backend: Backend, world: World, rows: Rows) -> Backend:
-    """The backend itself if it is one of ours, else what looks at its answers."""
+def checked_backend(backend: Backend, world: World, rows: Rows, *, recording: bool) -> Backend:
+    """The backend itself if it is one of ours, else what looks at its answers; told whether its rows are wanted.
+
+    Raises:
+        PluginError: It says that it records, but cannot be told.
+    """
+    if hasattr(backend, "recording"):
+        try:
+            backend.recording = recording
+        except PASSED_ON:
+            raise
+        except BaseException as error:
+            raise PluginError(f"backend {backend.name!r}: recording cannot be set: {told(error)}") from error
     own = _own(f"backend {backend.name!r}", backend)
     return backend if own else cast("Backend", ForeignBackend(backend, world, rows))

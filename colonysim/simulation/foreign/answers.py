@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from colonysim.errors import ColonysimError, PluginError
+from colonysim.errors import PASSED_ON, ColonysimError, PluginError, told
 from colonysim.pheromones.field import Write
 
 if TYPE_CHECKING:
@@ -21,12 +21,10 @@ if TYPE_CHECKING:
     from colonysim.world.state import World
 
 __all__ = [
-    "LARGEST", "LONGEST_TEXT", "MOST", "PASSED_ON", "SHOWN", "Foreign", "fits", "is_text", "listed", "plain", "real",
-    "told", "whole",
+    "LARGEST", "LONGEST_TEXT", "MOST", "SHOWN", "Foreign", "fits", "is_text", "listed", "plain", "real", "truth",
+    "whole",
 ]  # fmt: skip
 
-PASSED_ON = (ColonysimError, MemoryError, KeyboardInterrupt)
-"""Errors that are passed on: the first already says what is wrong, the others are not the part's fault."""
 MOST = 4_000_000
 """No answer has so many items."""
 LARGEST = 2.0**53
@@ -35,14 +33,6 @@ SHOWN = Repr()
 SHOWN.maxother = SHOWN.maxstring = 200
 LONGEST_TEXT = 1000
 """Characters of a reason, and of a field's name: readers of a run take no longer ones."""
-
-
-def told(error: BaseException) -> str:
-    """The class and the message of an error."""
-    try:
-        return f"{type(error).__name__}: {error}"
-    except Exception:  # its words are another's code too
-        return type(error).__name__
 
 
 def is_text(value: Any) -> bool:
@@ -72,6 +62,11 @@ def whole(value: Any) -> int | None:
         return None if isinstance(value, bool) else operator.index(value)
     except TypeError:
         return None
+
+
+def truth(value: Any) -> bool | None:
+    """A truth value of Python or NumPy as a bool; None if it is none."""
+    return bool(value) if isinstance(value, bool | np.bool_) else None
 
 
 def plain(value: Any) -> Any:

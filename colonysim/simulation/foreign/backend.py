@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from colonysim.backends.protocol import Done, TraceRow
 from colonysim.simulation.foreign.answers import LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, plain, real, whole
 from colonysim.trace.schema import TABLES
-from colonysim.world.intents import BoxPlace, Outcome, Wait
+from colonysim.world.intents import BoxPlace, Outcome
 
 if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend, Finished
     from colonysim.randomness import Streams
     from colonysim.trace.rows import Rows
-    from colonysim.world.intents import Intent
+    from colonysim.world.intents import Move
     from colonysim.world.state import Place, World
 
 __all__ = ["ForeignBackend"]
@@ -33,7 +33,7 @@ class ForeignBackend(Foreign):
         super().__init__(backend, "backend", world, rows)
         self.tick: float | None = None
         self.edge_seconds = 1.0
-        self._under_way: dict[int, Intent] = {}
+        self._under_way: dict[int, Move] = {}
         self.feasible_way = self._along if getattr(backend, "feasible_way", None) is not None else None
 
     def reset(self, world: World, streams: Streams) -> None:
@@ -66,7 +66,7 @@ class ForeignBackend(Foreign):
             raise self._fault(f"{method} returns {SHOWN.repr(given)}, expected chances from 0 to 1", agent)
         return found
 
-    def footprint(self, agent: int, intent: Intent) -> frozenset[Place]:
+    def footprint(self, agent: int, intent: Move) -> frozenset[Place]:
         """Nodes and edges that exist, the intent's own node among them."""
         given = self._call("footprint", agent, intent, agent=agent)
         found: list[Place] = []
@@ -78,12 +78,12 @@ class ForeignBackend(Foreign):
                 raise self._fault(why, agent)
             # An edge is one place, whichever of its ends is named first.
             found.append(tuple(sorted(ends)) if isinstance(place, tuple) else ends[0])  # type: ignore[arg-type, type-var]
-        if not isinstance(intent, Wait) and intent.node not in found:
+        if intent.node not in found:
             why = f"footprint of {SHOWN.repr(intent)} is {SHOWN.repr(given)}, but that lacks node {intent.node} itself"
             raise self._fault(why, agent)
         return frozenset(found)
 
-    def start(self, agent: int, intent: Intent, now: float) -> Done | None:
+    def start(self, agent: int, intent: Move, now: float) -> Done | None:
         """An outcome with its time, or none yet if there is a clock."""
         done = self._call("start", agent, intent, now, agent=agent)
         if done is None:
@@ -119,7 +119,7 @@ class ForeignBackend(Foreign):
             found.append((agent, self._outcome(agent, self._under_way.pop(agent), outcome)))
         return found
 
-    def _outcome(self, agent: int, intent: Intent, outcome: Any) -> Outcome:
+    def _outcome(self, agent: int, intent: Move, outcome: Any) -> Outcome:
         """The outcome with plain numbers."""
         why = ""
         if not isinstance(outcome, Outcome):
@@ -151,11 +151,11 @@ class ForeignBackend(Foreign):
             return outcome  # type: ignore[no-any-return]
         return Outcome(outcome.status, node, tuple(boxes), outcome.reason, outcome.lost, kept)  # type: ignore[arg-type]
 
-    def _misplaced(self, agent: int, intent: Intent, status: str, node: int) -> str:
+    def _misplaced(self, agent: int, intent: Move, status: str, node: int) -> str:
         """Why an agent cannot be where an outcome puts it, or ""."""
         world = self._world
         here = world.agent_node[agent]
-        if status == "arrived" and node != here and not isinstance(intent, Wait) and node != intent.node:
+        if status == "arrived" and node not in (here, intent.node):
             return f"it did not set out for node {node}"
         occupant = world.occupant[node]
         return "" if node == here or occupant < 0 else f"agent {occupant} stands on node {node}"

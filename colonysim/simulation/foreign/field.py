@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from colonysim.errors import PASSED_ON
 from colonysim.pheromones.field import Visit, Write
 from colonysim.pheromones.marks import Marks
-from colonysim.simulation.foreign.answers import PASSED_ON, SHOWN, Foreign, real, whole
+from colonysim.simulation.foreign.answers import SHOWN, Foreign, real, truth, whole
 
 if TYPE_CHECKING:
     from colonysim.pheromones.field import Field
@@ -24,9 +23,10 @@ class ForeignField(Foreign, Marks):
 
     def __init__(self, field: Field, world: World, rows: Rows) -> None:
         super().__init__(field, "field", world, rows)
-        if not isinstance(field.by_box, bool | np.bool_):
+        by_box = truth(field.by_box)
+        if by_box is None:
             raise self._fault(f"by_box is {SHOWN.repr(field.by_box)}, expected True or False")
-        self.by_box = bool(field.by_box)
+        self.by_box = by_box
         self._written: list[Write] = []
         self._visit = Visit()
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-
+from colonysim.errors import PASSED_ON
 from colonysim.policies.decision import Decider, new_decision
 from colonysim.policies.policy import Choice
-from colonysim.simulation.foreign.answers import PASSED_ON, SHOWN, Foreign, listed, real, whole
+from colonysim.simulation.foreign.answers import SHOWN, Foreign, listed, real, truth, whole
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
@@ -55,8 +54,8 @@ class ForeignPolicy(Foreign, Decider):
         if not isinstance(choice, Choice):
             raise self._fault(f"decide returns {SHOWN.repr(choice)}, expected a Choice", agent)
         decision, intent = new_decision(choice.memory), choice.intent
-        plain = type(choice.targets) is tuple and not choice.targets and choice.explored is False
-        if plain and type(intent) is Travel:  # most are no more than that
+        bare = type(choice.targets) is tuple and not choice.targets and choice.explored is False
+        if bare and type(intent) is Travel:  # most are no more than that
             node = intent.node
             if type(node) is int and 0 <= node < self._nodes and self._leads(agent, node):
                 decision.choice, decision.node = choice, node
@@ -116,9 +115,9 @@ class ForeignPolicy(Foreign, Decider):
 
     def _options(self, choice: Choice) -> tuple[Choice, str]:
         """The choice with what it was made from as plain numbers, and what is wrong with it."""
-        explored = choice.explored
-        if not isinstance(explored, bool | np.bool_):
-            return choice, f"explored is {SHOWN.repr(explored)}, expected True or False"
+        explored = truth(choice.explored)
+        if explored is None:
+            return choice, f"explored is {SHOWN.repr(choice.explored)}, expected True or False"
         try:
             targets, boxes = listed(choice.targets), listed(choice.boxes)
             chances = listed(choice.probabilities)
@@ -136,5 +135,5 @@ class ForeignPolicy(Foreign, Decider):
             share = real(chance)
             if share is None or not 0.0 <= share <= 1.0 + ROUNDING:
                 return choice, f"one of its probabilities is {SHOWN.repr(chance)}, expected a number from 0 to 1"
-        plain = (tuple(map(int, targets)), tuple(map(int, boxes)), tuple(map(float, chances)))
-        return Choice(choice.intent, choice.memory, bool(explored), *plain), ""
+        options = (tuple(map(int, targets)), tuple(map(int, boxes)), tuple(map(float, chances)))
+        return Choice(choice.intent, choice.memory, explored, *options), ""
