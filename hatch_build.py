@@ -19,7 +19,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
     "colonysim/backends/action.py",
-    "colonysim/backends/bullet.py",
+    "colonysim/backends/physics.py",
     "colonysim/backends/motion.py",
     "colonysim/backends/nodeworld.py",
     "colonysim/backends/traffic.py",

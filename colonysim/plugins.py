@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["BUILT_IN", "available", "called", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]
+__all__ = ["BUILT_IN", "PHYSICS", "available", "called", "engine_option", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {
         "nodeworld": "colonysim.backends.nodeworld:NodeWorld",
         "bullet": "colonysim.backends.bullet:Bullet",
+        "mujoco": "colonysim.backends.mujoco:Mujoco",
+        "physics": "colonysim.backends.physics:Physics",
         "mock": "colonysim.backends.mock:Mock",
     },
     "policies": {
@@ -35,7 +37,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
     },
     "fields": {},
 }
-
+PHYSICS = ("physics", "bullet", "mujoco")
+"""The backends of rigid bodies: of the engine that the scenario names, and of one engine each."""
 
 PROTOCOLS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "backends": (
@@ -189,10 +192,18 @@ def make_field(name: str, world: World) -> Field:
     return cast("Field", _made("fields", f"field {name!r}", load("fields", name), world))
 
 
-def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) -> Backend:
+def make_backend(
+    name: str | Backend, options: Mapping[str, Any] | None = None, scenario: Scenario | None = None
+) -> Backend:
     """The backend called `name`, built with its options; a backend itself is handed back.
 
+    Args:
+        name: Its name, or a backend. "physics" is the engine that the scenario names, by default the first installed.
+        options: Keyword arguments for a backend given by name.
+        scenario: What it will run; `physics.engine` is read from it.
+
     Raises:
+        ScenarioError: The scenario names another engine than `name`.
         PluginError: There is no such backend, or what was found is none.
         ColonysimError: It does not know one of the options, or a backend is given that is made already.
         MissingExtraError: It needs a package that is not installed.
@@ -201,15 +212,31 @@ def make_backend(name: str | Backend, options: Mapping[str, Any] | None = None) 
         if options:
             raise ColonysimError(f"backend options {', '.join(options)}: only with a backend given by its name")
         return cast("Backend", _complete("backends", "what was given as backend", name))
+    options = {**(options or {}), **engine_option(name, scenario)}
     factory = load("backends", name)
 
     def made() -> Any:
         try:
-            return factory(**dict(options or {}))
+            return factory(**options)
         except TypeError as error:
             raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
 
     return cast("Backend", _made("backends", f"backend {name!r}", made))
+
+
+def engine_option(name: str, scenario: Scenario | None) -> dict[str, str]:
+    """The engine that a scenario asks for, as an option of the backend "physics".
+
+    Raises:
+        ScenarioError: The scenario asks for another engine than the backend is.
+    """
+    wanted = None if scenario is None else scenario.physics.get("engine")
+    if wanted is None or wanted == name or name not in PHYSICS:
+        return {}
+    if name == "physics":
+        return {"engine": str(wanted)}
+    assert scenario is not None
+    raise scenario.fault("physics.engine", f"{wanted!r} contradicts the backend {name!r}; leave out either")
 
 
 def make_policy(policy: str | Policy | Callable[[Scenario], Policy] | None, scenario: Scenario) -> Policy:

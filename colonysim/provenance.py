@@ -30,7 +30,7 @@ TAG = "tag"
 """The name, among the fingerprints of a part, of what its user says of its version."""
 UNKNOWN = "unknown"
 """How the fingerprint begins of what cannot be known; the reason follows."""
-_ENGINES = {"bullet": "pybullet"}
+_ENGINES = {"bullet": ("pybullet", "pybullet-arm64"), "mujoco": ("mujoco",)}
 """Packages that our own backends are made of: another version of them gives other results."""
 _STANDARD = tuple({sysconfig.get_path("stdlib"), sysconfig.get_path("platstdlib")})
 _INSTALLED = frozenset({"site-packages", "dist-packages"})
@@ -69,7 +69,8 @@ def parts_of(
 
 def _named(group: str, name: str) -> tuple[str, dict[str, str]]:
     if name in BUILT_IN[group]:
-        engine = _ENGINES.get(name) if group == "backends" else None
+        packages = _ENGINES.get(name, ()) if group == "backends" else ()
+        engine = next((package for package in packages if _distribution(package)), next(iter(packages), None))
         return name, {engine: _package(engine)} if engine else {}
     place = name if ":" in name else available(group).get(name, "")
     return name, sources_of(place.partition(":")[0]) if place else {}

@@ -118,7 +118,7 @@ def run(
         kept = kept.without("decisions") if decisions is False else kept
     seed = as_seed(seed)
     chosen = make_policy(policy, scenario)
-    body = make_backend(backend, backend_options)
+    body = make_backend(backend, backend_options, scenario)
     start = _pheromones(initial)
     manifest = begin_manifest(
         scenario.name,
@@ -136,11 +136,14 @@ def run(
             "initial": _shown(initial),
         },
         recorded=kept.document(),
+        engine=getattr(body, "engine", None),
     )
     directory, made = None, _absent(Path("runs") if out is None else Path(out))
     if trace:
         named = policy if policy is not None else scenario.policy
-        manifest["sources"] = parts_of(named, backend, scenario.parameters, backend_options)
+        # "physics" is the engine that was found for it.
+        driven = manifest["backend"] if backend == "physics" else backend
+        manifest["sources"] = parts_of(named, driven, scenario.parameters, backend_options)
         directory = prepare_directory(None if out is None else Path(out), manifest)
     writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
     recorded = Run(directory, manifest, writer.results, scenario)

@@ -78,16 +78,16 @@ def command(
     ] = None,
     push: Annotated[
         Literal["rl", "staged", "scripted"] | None,
-        typer.Option(help="How robots push: learned, learned behind a scripted approach, or scripted (bullet only)."),
+        typer.Option(help="How robots push: learned, learned behind a scripted approach, or scripted (physics only)."),
     ] = None,
     feasibility: Annotated[
         Literal["geometry", "forest", "way"] | None,
         typer.Option(
             help="What says whether a push is tried: the planner, the classifier, or a calibrated chance of the whole "
-            "way (bullet only). [default: forest for rl, way for staged, geometry for scripted]"
+            "way (physics only). [default: forest for rl, way for staged, geometry for scripted]"
         ),
     ] = None,
-    gui: Annotated[bool, typer.Option("--gui", help="Show the physics in a window (bullet only).")] = False,
+    gui: Annotated[bool, typer.Option("--gui", help="Show the physics in a window (backend bullet only).")] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -318,9 +318,5 @@ def _backend_options(backend: str, push: str | None, feasibility: str | None, gu
         options["gui"] = True
     if options and backend == "nodeworld":
         named = " and ".join(f"--{name}" for name in options)
-        raise ColonysimError(f"{named}: the node world has no bodies; add --backend bullet")
-    if backend == "bullet":
-        from colonysim.cli.extras import need_bullet
-
-        need_bullet()
+        raise ColonysimError(f"{named}: the node world has no bodies; add --backend physics")
     return options

@@ -32,7 +32,7 @@ def command(
     ] = None,
     backend: Annotated[
         str,
-        typer.Option("--backend", "-b", help="Check for this backend too: bullet builds the place from the graph."),
+        typer.Option("--backend", "-b", help="Check for this backend too: physics, bullet and mujoco build the place."),
     ] = "nodeworld",
 ) -> None:
     """Check scenario files without running them.
@@ -59,7 +59,7 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.characters import printable
     from colonysim.cli.console import print_result, say
-    from colonysim.plugins import BUILT_IN, locate, make_policy
+    from colonysim.plugins import BUILT_IN, PHYSICS, engine_option, locate, make_policy
     from colonysim.scenario.loading import load_scenario, load_variants
 
     body = locate("backends", backend)
@@ -73,9 +73,10 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
             loaded += [f"field {locate('fields', field)}" for field in fields]
         else:
             loaded.append(f"policy {policy}, whose parameters are not checked here")
-        if backend == "bullet":
+        if backend in PHYSICS:
             from colonysim.geometry.layout import lay_out
 
+            engine_option(backend, scenario)
             lay_out(scenario)
         shown = printable(name, len(name))
         label = shown if one is None else f"{shown} (variant {one})"

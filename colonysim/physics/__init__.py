@@ -5,7 +5,18 @@ It knows neither colonies nor learning. Importing this package needs no physics 
 """
 
 from colonysim.physics.bullet import window_trouble
-from colonysim.physics.engine import Engine, MissingEngineError
+from colonysim.physics.engine import (
+    ENGINES,
+    Engine,
+    EngineFacts,
+    EngineName,
+    MissingEngineError,
+    default_engine,
+    engine_facts,
+    engine_trouble,
+    engine_version,
+    make_engine,
+)
 from colonysim.physics.robot import (
     BUMPER,
     HALF_WIDTH,
@@ -21,6 +32,7 @@ from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
 
 __all__ = [
     "BUMPER",
+    "ENGINES",
     "HALF_WIDTH",
     "MAX_WHEEL_SPEED",
     "TICK_SECONDS",
@@ -28,6 +40,8 @@ __all__ = [
     "WHEEL_RADIUS",
     "BoxSpec",
     "Engine",
+    "EngineFacts",
+    "EngineName",
     "Ground",
     "MissingEngineError",
     "Pit",
@@ -37,6 +51,11 @@ __all__ = [
     "Scene",
     "Terrain",
     "WheelSpeeds",
+    "default_engine",
+    "engine_facts",
+    "engine_trouble",
+    "engine_version",
+    "make_engine",
     "ticks_to_close",
     "wheel_speeds",
     "window_trouble",

@@ -3,13 +3,17 @@
 import importlib
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from colonysim.physics.engine import MissingEngineError
+from colonysim.physics.engine import EngineFacts, MissingEngineError, engine_trouble, engine_version
 from colonysim.physics.shapes import Quat, Slab, Vec3, quaternion
 
 _WHEEL_LINK = 0
+_ITERATIONS = 50
+"""Solver iterations of a step."""
 _SLEEP_THRESHOLD = 2e-4
 """Sum of squared speeds below which a body tires; the engine's default would stop a robot at .2 m/s."""
 _PATIENCE = 60.0
@@ -18,30 +22,14 @@ _UPWARDS = 0.5
 """A contact carries a wheel when its normal points up by at least this much."""
 
 
-def load_pybullet() -> Any:
-    """The `pybullet` module.
-
-    Raises:
-        MissingEngineError: It is not installed, or has no wheel for this Python.
-    """
-    try:
-        return importlib.import_module("pybullet")
-    except ImportError as error:
-        cause = str(error)
-        if sys.version_info >= (3, 12):
-            running = f"{sys.version_info.major}.{sys.version_info.minor}"
-            cause += f"; PyBullet publishes wheels up to CPython 3.11 only and this is Python {running}"
-        raise MissingEngineError(
-            f"rigid-body scenes need PyBullet ({cause}): pip install 'colonysim[bullet]' on Python 3.11"
-        ) from error
-
-
 def window_trouble() -> str:
     """What keeps the engine from opening its window, in words; "" if nothing does.
 
     Without a display the engine ends the whole process, so another one tries: it shows a window for a moment.
     """
-    load_pybullet()
+    trouble = engine_trouble("bullet")
+    if trouble:
+        return trouble
     opens = "import pybullet, sys; sys.exit(pybullet.connect(pybullet.GUI) < 0)"
     try:
         tried = subprocess.run(
@@ -58,12 +46,17 @@ class BulletEngine:
 
     Args:
         dt: Physics step in seconds.
-        iterations: Solver iterations of a step.
         gui: Show a window instead of running headless.
+
+    Raises:
+        MissingEngineError: PyBullet cannot be loaded.
     """
 
-    def __init__(self, *, dt: float, iterations: int, gui: bool = False) -> None:
-        self._p = p = load_pybullet()
+    def __init__(self, *, dt: float, gui: bool = False) -> None:
+        try:
+            self._p = p = importlib.import_module("pybullet")
+        except ImportError as error:
+            raise MissingEngineError(f"PyBullet cannot be loaded: {error}") from error
         self._client: int = p.connect(p.GUI if gui else p.DIRECT)
         if self._client < 0:
             raise RuntimeError("PyBullet gave no connection (with gui=True: is there a display?)")
@@ -77,10 +70,13 @@ class BulletEngine:
         p.setPhysicsEngineParameter(
             fixedTimeStep=dt,
             numSubSteps=0,
-            numSolverIterations=iterations,
+            numSolverIterations=_ITERATIONS,
             deterministicOverlappingPairs=1,
             physicsClientId=self._client,
         )
+        settings = {"dt": dt, "iterations": _ITERATIONS, "sleep_threshold": _SLEEP_THRESHOLD}
+        # A saved state lacks the engine's contact caches: after 300 steps bodies are up to .45 mm elsewhere.
+        self.facts = EngineFacts("bullet", engine_version("bullet"), settings, False)
 
     def add_slab(self, slab: Slab, friction: float) -> int:
         """A body that never moves."""
@@ -179,6 +175,23 @@ class BulletEngine:
     def step(self) -> None:
         """Advance by one physics step."""
         self._step(self._client)
+
+    def save(self) -> bytes:
+        """Places and speeds of all bodies, but not all of the engine's memory: running on gives nearly the same."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "state.bullet")
+            self._p.saveBullet(str(file), physicsClientId=self._client)
+            return file.read_bytes()
+
+    def load(self, state: bytes) -> None:
+        """Go on from a saved state of an engine with the same bodies."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "state.bullet")
+            file.write_bytes(state)
+            try:
+                self._p.restoreState(fileName=str(file), physicsClientId=self._client)
+            except self._p.error as error:
+                raise ValueError(f"no saved state of a Bullet engine with these bodies: {error}") from error
 
     def close(self) -> None:
         """Disconnect from PyBullet."""

@@ -1,17 +1,61 @@
-"""The seam between the scene and the rigid-body engine beneath it."""
+"""The seam between the scene and the rigid-body engine beneath it, and the one place where engines are made."""
 
-from collections.abc import Sequence
-from typing import Protocol
+from __future__ import annotations
 
-from colonysim.physics.shapes import Quat, Slab, Vec3
+import importlib
+import importlib.metadata
+import importlib.util
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from colonysim.physics.shapes import Quat, Slab, Vec3
+
+__all__ = ["ENGINES", "STEP_SECONDS", "Engine", "EngineFacts", "EngineName", "MissingEngineError", "default_engine",
+           "engine_facts", "engine_trouble", "engine_version", "make_engine"]  # fmt: skip
+
+STEP_SECONDS = 1 / 120
+"""Seconds of one physics step."""
 
 
 class MissingEngineError(ImportError):
-    """No rigid-body engine can be loaded; the message says why and how to install one."""
+    """A rigid-body engine cannot be loaded; the message says why and how to install one."""
+
+
+@dataclass(frozen=True, slots=True)
+class EngineFacts:
+    """What a manifest says of an engine.
+
+    Attributes:
+        name: One of `ENGINES`.
+        version: Of the package.
+        settings: Whatever of its settings decides what moves how.
+        exact_state: Whether running on from a saved state gives the same bits as never having stopped.
+    """
+
+    name: str
+    version: str
+    settings: Mapping[str, object]
+    exact_state: bool
 
 
 class Engine(Protocol):
-    """What a scene asks of a rigid-body engine. Bodies are named by the integers it gives out."""
+    """What a scene asks of a rigid-body engine. Bodies are named by the integers it gives out.
+
+    All bodies are added before anything else is asked for: an engine may compile its world at the first such call.
+
+    Friction: where two bodies touch, the coefficient is the product of both bodies' coefficients, in all directions
+    alike (Coulomb, without rolling or spinning friction). Wheels have none: traction is a force. An engine with
+    another rule of its own has to be told each pair's product.
+
+    Attributes:
+        facts: Its name, version and settings, for the manifest.
+    """
+
+    facts: EngineFacts
 
     def add_slab(self, slab: Slab, friction: float) -> int:
         """A body that never moves."""
@@ -71,6 +115,116 @@ class Engine(Protocol):
         """Advance by one physics step."""
         ...
 
+    def save(self) -> bytes:
+        """The state between two steps; `facts.exact_state` says whether all of it is in there."""
+        ...
+
+    def load(self, state: bytes) -> None:
+        """Go on from a saved state of an engine with the same bodies, perhaps of another process.
+
+        Raises:
+            ValueError: It is no state of such an engine.
+        """
+        ...
+
     def close(self) -> None:
         """Free the engine; calling it twice is allowed."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """Where an engine is: our class over it, the module it is imported by, and the packages that bring that module."""
+
+    place: str
+    module: str
+    packages: tuple[str, ...]
+
+
+_SOURCES = {
+    "bullet": _Source("colonysim.physics.bullet:BulletEngine", "pybullet", ("pybullet", "pybullet-arm64")),
+    "mujoco": _Source("colonysim.physics.mujoco:MujocoEngine", "mujoco", ("mujoco",)),
+}
+EngineName = Literal["bullet", "mujoco"]
+ENGINES = tuple(_SOURCES)
+"""Names of the engines, the first that is installed being the default."""
+_NO_BULLET = (3, 14)
+"""From this version of Python on there is no wheel of PyBullet."""
+
+
+def make_engine(name: str, *, gui: bool = False) -> Engine:
+    """An engine without bodies that steps `STEP_SECONDS`.
+
+    Args:
+        name: One of `ENGINES`.
+        gui: Show a window (Bullet only).
+
+    Raises:
+        MissingEngineError: It is not installed.
+        ValueError: There is no such engine, or it has no window.
+    """
+    module, _, attribute = _source(name).place.partition(":")
+    trouble = engine_trouble(name)
+    if trouble:
+        raise MissingEngineError(trouble)
+    if gui and name != "bullet":
+        raise ValueError(f"the engine {name!r} has no window; `--live` and `view` show a run in the browser")
+    make: Any = getattr(importlib.import_module(module), attribute)
+    return cast("Engine", make(dt=STEP_SECONDS, gui=True) if gui else make(dt=STEP_SECONDS))
+
+
+def engine_facts(name: str) -> EngineFacts:
+    """What a manifest says of an engine.
+
+    Raises:
+        MissingEngineError: It is not installed.
+        ValueError: There is no such engine.
+    """
+    engine = make_engine(name)
+    try:
+        return engine.facts
+    finally:
+        engine.close()
+
+
+def engine_trouble(name: str) -> str:
+    """What keeps an engine from being used, and what to install, in words; "" if nothing does. Nothing is imported.
+
+    Raises:
+        ValueError: There is no such engine.
+    """
+    source = _source(name)
+    if importlib.util.find_spec(source.module) is not None:
+        return ""
+    running = f"{sys.version_info.major}.{sys.version_info.minor}"
+    if name == "bullet" and sys.version_info >= _NO_BULLET:
+        return (
+            f"the engine 'bullet' needs PyBullet, which has no wheel for Python {running}; 'mujoco' runs here: "
+            "pip install 'colonysim[mujoco]'"
+        )
+    return f"the engine {name!r} needs {source.packages[0]}, which is not installed: pip install 'colonysim[{name}]'"
+
+
+def engine_version(name: str) -> str:
+    """The installed version of an engine, with the package it comes from; "" if there is none.
+
+    Raises:
+        ValueError: There is no such engine.
+    """
+    for package in _source(name).packages:
+        try:
+            return f"{package} {importlib.metadata.version(package)}"
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return ""
+
+
+def default_engine() -> str:
+    """The engine for whoever names none: the first of `ENGINES` that is installed, else the first."""
+    return next((name for name in ENGINES if not engine_trouble(name)), ENGINES[0])
+
+
+def _source(name: str) -> _Source:
+    if name not in _SOURCES:
+        raise ValueError(f"no engine {name!r}, expected one of {', '.join(ENGINES)}")
+    return _SOURCES[name]

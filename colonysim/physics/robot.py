@@ -7,6 +7,7 @@ Sideways sliding of tyres is therefore modelled as a capped force, not as slip a
 """
 
 import math
+from collections.abc import Sequence
 from math import asin, atan2
 from typing import NamedTuple
 
@@ -199,6 +200,25 @@ class Traction:
         # There is no contact until the next step: without this the first tick would have no brakes.
         self.grounded, self.resting, self.upright = True, False, 1.0
         self._lift, self._slow, self._countdown = 0.0, True, _LOOK_TICKS
+        self._frame = self._pose = None
+
+    def state(self) -> tuple[float, ...]:
+        """What it remembers from one step to the next, as plain numbers for `resume`."""
+        return (
+            self.left, self.right, float(self.grounded), float(self.resting), self.upright,
+            self._lift, float(self._slow), float(self._countdown),
+        )  # fmt: skip
+
+    def resume(self, state: Sequence[float]) -> None:
+        """Go on from a state; the body has been brought back by the engine.
+
+        Raises:
+            ValueError: It is no such state.
+        """
+        left, right, grounded, resting, upright, lift, slow, countdown = map(float, state)
+        self.left, self.right, self.upright, self._lift = left, right, upright, lift
+        self.grounded, self.resting, self._slow = grounded != 0.0, resting != 0.0, slow != 0.0
+        self._countdown = int(countdown)
         self._frame = self._pose = None
 
     def look(self) -> None:

@@ -1,20 +1,19 @@
 """A scene: terrain, boxes and robots in one engine, advanced by control ticks."""
 
+import base64
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
-from colonysim.physics.bullet import BulletEngine
-from colonysim.physics.engine import Engine
+from colonysim.physics.engine import STEP_SECONDS, Engine, EngineFacts, default_engine, make_engine
 from colonysim.physics.robot import MAX_WHEEL_SPEED, REACH, WHEEL_RADIUS, Traction, build_robot, chassis_place
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
 from colonysim.physics.terrain import Pit, Terrain
 
-TICK_SECONDS = 1 / 60
-"""Seconds of one control tick."""
 _STEPS_PER_TICK = 2
-_ITERATIONS = 50
+TICK_SECONDS = _STEPS_PER_TICK * STEP_SECONDS
+"""Seconds of one control tick."""
 _GROUND_FRICTION = 0.8
 _FLIPPED_TICKS = 30
 _SUNK = 0.08
@@ -34,15 +33,16 @@ def ticks_to_close(gap: float) -> int:
 class Scene:
     """Rigid bodies in one engine.
 
-    The same calls give the same poses bit for bit, also in another process with the same engine build
-    and processor family.
+    The same calls give the same poses bit for bit, also in another process with the same build of the same engine
+    and processor family. Two engines give different poses.
 
     Args:
         terrain: The fixed ground.
         boxes: Boxes to create, in the order of their indices.
         robots: Robots to create, in the order of their indices.
-        gui: Show a window (PyBullet only).
-        engine: Another engine than PyBullet; it must be empty and step 1/120 s.
+        gui: Show a window (Bullet only).
+        engine: Name of the engine, or one that is empty and steps `STEP_SECONDS`; by default the first of "bullet" and
+            "mujoco" that is installed.
 
     Attributes:
         terrain: The fixed ground.
@@ -51,7 +51,8 @@ class Scene:
         time: Simulated seconds since the scene was made.
 
     Raises:
-        MissingEngineError: PyBullet is not installed.
+        MissingEngineError: The engine is not installed.
+        ValueError: There is no such engine.
     """
 
     tick_seconds = TICK_SECONDS
@@ -63,15 +64,15 @@ class Scene:
         robots: Sequence[RobotSpec],
         *,
         gui: bool = False,
-        engine: Engine | None = None,
+        engine: Engine | str | None = None,
     ) -> None:
         self.terrain = terrain
         self.boxes = tuple(boxes)
         self.ticks = 0
         self.time = 0.0
-        self._engine: Engine = engine or BulletEngine(
-            dt=TICK_SECONDS / _STEPS_PER_TICK, iterations=_ITERATIONS, gui=gui
-        )
+        if engine is None or isinstance(engine, str):
+            engine = make_engine(engine or default_engine(), gui=gui)
+        self._engine: Engine = engine
         for slab in terrain.slabs():
             self._engine.add_slab(slab, _GROUND_FRICTION)
         self._boxes = [
@@ -264,6 +265,51 @@ class Scene:
     def present_robots(self) -> tuple[int, ...]:
         """Indices of the robots that are still in the world."""
         return self._present
+
+    @property
+    def engine(self) -> EngineFacts:
+        """Name, version and settings of the engine beneath."""
+        return self._engine.facts
+
+    def save(self) -> dict[str, Any]:
+        """The state between two ticks, as plain data that JSON can hold.
+
+        On an engine whose `exact_state` is true, a scene of the same bodies that has loaded it goes on with the same
+        bits; on another one nearly so.
+        """
+        return {
+            "ticks": self.ticks,
+            "engine": base64.b64encode(self._engine.save()).decode(),
+            "tilted": list(self._tilted),
+            "tractions": [None if traction is None else list(traction.state()) for traction in self._tractions],
+        }
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """Goes on from a saved state of a scene with the same terrain, boxes and robots, perhaps of another process.
+
+        Raises:
+            ValueError: It is no such state.
+        """
+        try:
+            ticks, tilted = int(state["ticks"]), [int(count) for count in state["tilted"]]
+            driven = [None if each is None else tuple(each) for each in state["tractions"]]
+            inner = base64.b64decode(state["engine"], validate=True)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError("no saved state of a scene") from error
+        if len(driven) != len(self._tractions) or len(tilted) != len(driven):
+            raise ValueError(f"a saved state of {len(driven)} robots, expected {len(self._tractions)}")
+        if any(now is None and then is not None for now, then in zip(self._tractions, driven, strict=True)):
+            raise ValueError("a saved state in which a robot is present that has left this scene")
+        for i, then in enumerate(driven):
+            if then is None and self.has_robot(i):
+                self.remove_robot(i)
+        self._engine.load(inner)
+        for traction, then in zip(self._tractions, driven, strict=True):
+            if traction is not None and then is not None:
+                traction.resume(then)
+        self._tilted = tilted
+        self.ticks, self.time = ticks, ticks * TICK_SECONDS
+        self._forget()
 
     def close(self) -> None:
         """Free the engine; calling it twice is allowed."""

@@ -352,6 +352,8 @@ class TerrainSection(Section):
 class PhysicsSection(Section):
     """How a physics backend builds the place; whatever is absent is derived from the graph."""
 
+    engine: Literal["bullet", "mujoco"] | None = None
+    """The engine of `--backend physics`; no other backend of rigid bodies runs the scenario then."""
     xy_scale: Scale | None = None
     """Metres per graph unit in the plane."""
     z_scale: Scale | None = None

@@ -86,7 +86,7 @@ def simulate(
         sink.describe({name: bool(field.by_box) for name, field in fields.items()})
     if initial:
         _load_fields(world, fields, initial)
-    made = make_backend(backend, backend_options)
+    made = make_backend(backend, backend_options, scenario)
     body = checked_backend(made, world, rows, recording=sink is not None)
     memories: list[Any] = [None] * len(scenario.agents)
     episode: Episode | None = None

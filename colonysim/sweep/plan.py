@@ -428,6 +428,8 @@ def _bodies(backends: Sequence[str], places: Places) -> dict[str, str]:
     """What tables call backends of others; one that there is not is an error here."""
     found = {}
     for n, name in enumerate(backends):
+        if name == "physics":
+            raise places.fault(f"backends.{n}", "is whichever engine is installed, expected 'bullet' or 'mujoco'")
         if name not in BUILT_IN["backends"]:
             try:
                 found[name] = load("backends", name)

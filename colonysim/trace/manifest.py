@@ -7,6 +7,7 @@ import os
 import platform
 import re
 from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -28,7 +29,7 @@ MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
 _LONGEST_NAME = 255
 """Bytes that file systems take for a name."""
-_PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", "pybullet", "torch")
+_PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", "pybullet", "pybullet-arm64", "mujoco", "torch")
 
 
 def _versions() -> dict[str, str]:
@@ -69,6 +70,7 @@ def begin_manifest(
     variant: str | None = None,
     options: Mapping[str, Any] | None = None,
     recorded: Mapping[str, Any] | None = None,
+    engine: Any = None,
 ) -> dict[str, Any]:
     """The manifest of a run that is about to start (status "running"); some runs have no scenario."""
     manifest = {
@@ -94,6 +96,10 @@ def begin_manifest(
             "implementation": platform.python_implementation(),
         },
     }
+    if is_dataclass(engine) and not isinstance(engine, type):
+        engine = asdict(engine)
+    if isinstance(engine, Mapping):
+        manifest["engine"] = _plain(engine)
     if recorded is not None:
         manifest["recorded"] = _plain(recorded)
     if scenario is not None:

@@ -11,6 +11,7 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.intervals import wilson
+from colonysim.physics import default_engine, engine_version
 from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.foresight import Features
 from colonysim.push.training.waylogs import LoggedWay, gather_ways
@@ -119,6 +120,7 @@ def train_way_chance(
     model: str | Path = "push",
     ways: int = 600,
     name: str = "way",
+    engine: str | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Push boxes along random ways, fit the chance of a way to the log, and write it with its card.
@@ -132,6 +134,7 @@ def train_way_chance(
         model: The network that pushes.
         ways: How many ways.
         name: Name of the model.
+        engine: The rigid-body engine; by default the first that is installed.
         on_progress: Called after each way with the ways so far and their wanted number.
 
     Returns:
@@ -146,7 +149,9 @@ def train_way_chance(
     seed, ways = as_seed(seed), whole("ways", ways)
     path = Path(out_dir) / f"{name}.npz"
     check_place(path)
-    logged = gather_ways(Path(out_dir) / "ways.jsonl", seed, model=model, ways=ways, on_progress=on_progress)
+    engine = engine or default_engine()
+    log = Path(out_dir) / "ways.jsonl"
+    logged = gather_ways(log, seed, model=model, ways=ways, engine=engine, on_progress=on_progress)
     fitted = fit_way_chance(logged)
     card = {
         "about": "Logistic regression: the chance that `staged` succeeds with a push, those before it having succeeded",
@@ -154,6 +159,7 @@ def train_way_chance(
         "how": {
             "version": __version__,
             "seed": seed,
+            "engine": engine_version(engine),
             "network": str(load_model(model, "q-network").card["sha256"]),
             "ways": len(logged),
             "C": _STRENGTH,

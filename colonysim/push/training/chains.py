@@ -41,12 +41,12 @@ class Chain:
     axis: float
     robot: RobotSpec
 
-    def scene(self) -> Scene:
+    def scene(self, engine: str | None = None) -> Scene:
         """A fresh scene."""
         extent = max(_EXTENT, max(abs(value) for place in self.places for value in place) + _ROOM)
         ground = Ground(-extent, -extent, extent, extent, 0.0)
         terrain = Terrain((ground,), (Pit(*self.places[-1], self.axis),))
-        return Scene(terrain, [BoxSpec(*self.places[0], 0.0, self.axis)], [self.robot])
+        return Scene(terrain, [BoxSpec(*self.places[0], 0.0, self.axis)], [self.robot], engine=engine)
 
     def tasks(self) -> list[PushTask]:
         """The pushes, in order."""
@@ -119,11 +119,13 @@ def _pit_is_out_of_the_way(places: Sequence[tuple[float, float]]) -> bool:
     return True
 
 
-def play_chain(chain: Chain, executor: Executor, *, seed: int = 0, log: Log = ignore) -> PlayedChain:
+def play_chain(
+    chain: Chain, executor: Executor, *, seed: int = 0, log: Log = ignore, engine: str | None = None
+) -> PlayedChain:
     """Push the box from target to target with one executor."""
     errors: list[float] = []
     pushes, reason = 0, "done"
-    with chain.scene() as scene:
+    with chain.scene(engine) as scene:
         for i, task in enumerate(chain.tasks()):
             manoeuvre = executor(scene, 0, task, everything_else(scene, 0), log, seed + i)
             result = run_alone(scene, 0, manoeuvre)
@@ -145,6 +147,7 @@ def evaluate_chains(
     nodes: int = 2,
     seed: int = 0,
     purpose: Purpose = Purpose.JUDGE,
+    engine: str | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Success of chains of nodes and a hole.
@@ -155,6 +158,7 @@ def evaluate_chains(
         nodes: How many nodes each has before its hole.
         seed: Makes the chains.
         purpose: What they are for.
+        engine: The rigid-body engine; by default the first that is installed.
         on_progress: Called after each chain with chains done and successes so far.
 
     Returns:
@@ -166,7 +170,8 @@ def evaluate_chains(
     played: list[PlayedChain] = []
     for i in range(chains):
         rng = episode_rng(purpose, seed, 100, i)
-        played.append(play_chain(draw_chain(rng, nodes), executor, seed=int(rng.integers(2**31))))
+        chain = draw_chain(rng, nodes)
+        played.append(play_chain(chain, executor, seed=int(rng.integers(2**31)), engine=engine))
         if on_progress is not None:
             on_progress(i + 1, sum(p.success for p in played))
     wins = sum(p.success for p in played)

@@ -41,9 +41,9 @@ class CrampedWay:
     robot: RobotSpec
     tasks: tuple[PushTask, ...]
 
-    def scene(self) -> Scene:
+    def scene(self, engine: str | None = None) -> Scene:
         """A fresh scene."""
-        return Scene(self.terrain, self.boxes, [self.robot])
+        return Scene(self.terrain, self.boxes, [self.robot], engine=engine)
 
 
 def draw_way(rng: np.random.Generator) -> CrampedWay:

@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from colonysim.physics import MissingEngineError, default_engine, engine_trouble
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.judging import PAPER_RULES, Rules
 from colonysim.push.task import Kind
@@ -33,18 +34,25 @@ class PushEnv(gymnasium.Env[Observation, np.int64]):
             paper's probabilities .3, .2 and .5.
         rules: How an episode is run and rewarded; the paper's by default.
         starts: Name of a start distribution.
+        engine: The rigid-body engine; by default the first that is installed.
 
     Raises:
-        ValueError: An unknown terrain or start distribution.
+        ValueError: An unknown terrain, start distribution or engine.
+        MissingEngineError: The engine is not installed.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - declared so by Gymnasium
 
-    def __init__(self, terrain: str = "mixed", *, rules: Rules = PAPER_RULES, starts: str = "push") -> None:
+    def __init__(
+        self, terrain: str = "mixed", *, rules: Rules = PAPER_RULES, starts: str = "push", engine: str | None = None
+    ) -> None:
         if terrain not in (*KINDS, "mixed"):
             raise ValueError(f"no terrain {terrain!r}; there are {', '.join(KINDS)} and mixed")
         self._terrain = terrain
         self._rules = rules
+        self._engine = engine or default_engine()
+        if trouble := engine_trouble(self._engine):
+            raise MissingEngineError(trouble)
         self._starts = distribution(starts)
         self._episode: Episode | None = None
         self.observation_space = gymnasium.spaces.Box(-_FARTHEST, _FARTHEST, (9,), np.float32)
@@ -57,7 +65,7 @@ class PushEnv(gymnasium.Env[Observation, np.int64]):
         super().reset(seed=seed)
         self.close()
         kind = self._draw_kind()
-        self._episode = Episode(draw(kind, self._starts, self.np_random), self._rules)
+        self._episode = Episode(draw(kind, self._starts, self.np_random), self._rules, engine=self._engine)
         return self._observation(self._episode), {"terrain": kind}
 
     def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:

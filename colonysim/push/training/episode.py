@@ -54,13 +54,14 @@ class Episode:
     Args:
         start: Where it begins.
         rules: How it is run and rewarded.
+        engine: The rigid-body engine; by default the first that is installed.
     """
 
-    def __init__(self, start: Start, rules: Rules) -> None:
+    def __init__(self, start: Start, rules: Rules, *, engine: str | None = None) -> None:
         self.start = start
         self.rules = rules
         self.steps = 0
-        self.scene = start.scene()
+        self.scene = start.scene(engine)
         self._pilot = Pilot(self.scene, 0, limit=math.inf)
         self._loop = ControlLoop(self._pilot, start.task, rules)
 

@@ -81,6 +81,7 @@ def evaluate_push(
     tries: int = 8,
     starts: str = "push",
     purpose: Purpose = Purpose.JUDGE,
+    engine: str | None = None,
     on_progress: Callable[[Kind, int, int], None] | None = None,
     watch: Watch | None = None,
 ) -> dict[str, dict[str, Any]]:
@@ -101,6 +102,7 @@ def evaluate_push(
         tries: Tries of `staged` and `scripted`; 1 shows a single push without retries.
         starts: Name of a start distribution.
         purpose: What the episodes are for: never choose anything by looking at `JUDGE`.
+        engine: The rigid-body engine; by default the first that is installed.
         on_progress: Called after each episode with the terrain, episodes done, and successes so far.
         watch: Looks on; the results are the same without it.
 
@@ -121,10 +123,12 @@ def evaluate_push(
         for i in range(episodes):
             start, drawn = judged_start(kind, i, seed=seed, starts=starts, purpose=purpose)
             if watch is None:
-                played.append(play_push(start, executor, seed=drawn))
+                played.append(play_push(start, executor, seed=drawn, engine=engine))
             else:
                 watch.begin(kind, i)
-                played.append(play_push(start, executor, seed=drawn, log=watch.control, each_tick=watch.tick))
+                played.append(
+                    play_push(start, executor, seed=drawn, log=watch.control, each_tick=watch.tick, engine=engine)
+                )
                 watch.end(played[-1])
             if on_progress is not None:
                 on_progress(kind, i + 1, sum(p.success for p in played))
@@ -155,6 +159,7 @@ def play_push(
     seed: int = 0,
     log: Log = ignore,
     each_tick: Callable[[Scene], None] | None = None,
+    engine: str | None = None,
 ) -> Played:
     """Run one push in a fresh scene until it succeeds, fails, or its step limit is reached.
 
@@ -164,6 +169,7 @@ def play_push(
         seed: For the executor's drawn choices.
         log: Told about every control and who chose it.
         each_tick: Called with the scene at the start and after every tick; it must not change it.
+        engine: The rigid-body engine; by default the first that is installed.
     """
     ticks = {"script": 0, "network": 0}
 
@@ -171,7 +177,7 @@ def play_push(
         ticks[chooser] += held
         log(chooser, control, held)
 
-    with start.scene() as scene:
+    with start.scene(engine) as scene:
         manoeuvre = executor(scene, 0, start.task, everything_else(scene, 0), count, seed)
         if each_tick is not None:
             each_tick(scene)

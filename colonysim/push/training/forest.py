@@ -12,6 +12,7 @@ import numpy.typing as npt
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
+from colonysim.physics import default_engine, engine_version
 from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.choosing import network_chooser
 from colonysim.push.feasibility import Feasibility
@@ -86,6 +87,7 @@ def gather_states(
     model: str | Path = "push",
     states: int = 10_000,
     starts: Sequence[str] = ("push", "anywhere"),
+    engine: str | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Gathered:
     """Run the trained network without guards and label whole trajectories by how they ended.
@@ -95,6 +97,7 @@ def gather_states(
         model: The network.
         states: Gathered until there are this many.
         starts: Start distributions, taken in turn; terrains take turns too.
+        engine: The rigid-body engine; by default the first that is installed.
         on_progress: Called after each episode with the states so far and their wanted number.
     """
     network = load_network(model)
@@ -108,7 +111,7 @@ def gather_states(
         rng = episode_rng(Purpose.CLASSIFIER, seed, number)
         start = draw(KINDS[number % len(KINDS)], chosen[number // len(KINDS) % len(chosen)], rng)
         choose = network_chooser(network, rng)
-        episode = Episode(start, rules)
+        episode = Episode(start, rules, engine=engine)
         first, steps = episode.state, list(episode.play(choose))
         episode.close()
         # What was chosen from: the state after the last action is none.
@@ -131,6 +134,7 @@ def train_feasibility(
     trees: int = TREES,
     depth: int = DEPTH,
     name: str = "feasibility",
+    engine: str | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Train the classifier on states of the trained network and write it with its card.
@@ -147,6 +151,7 @@ def train_feasibility(
         trees: Trees of the forest.
         depth: Their largest depth.
         name: Name of the model.
+        engine: The rigid-body engine; by default the first that is installed.
         on_progress: Called after each episode with the states so far and their wanted number.
 
     Returns:
@@ -169,7 +174,8 @@ def train_feasibility(
     trees, depth = whole("trees", trees), whole("depth", depth)
     path = Path(out_dir) / f"{name}.npz"
     check_place(path)
-    data = gather_states(seed, model=model, states=states, starts=starts, on_progress=on_progress)
+    engine = engine or default_engine()
+    data = gather_states(seed, model=model, states=states, starts=starts, engine=engine, on_progress=on_progress)
     weights = data.weights
 
     def grow(rows: Array) -> Any:

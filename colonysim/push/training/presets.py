@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from colonysim.physics import EngineName
 from colonysim.push.choosing import Testing
 from colonysim.push.judging import PAPER_RULES, Rules
 from colonysim.push.network import Inputs
@@ -65,6 +66,7 @@ class TrainingConfig:
 
     Attributes:
         name: Name of the preset.
+        engine: The rigid-body engine.
         inputs: What the network reads.
         hidden: Widths of the hidden layers.
         learner: Parameters of Double DQN.
@@ -97,6 +99,7 @@ class TrainingConfig:
     """
 
     name: str
+    engine: EngineName = "bullet"
     inputs: Inputs = "line"
     hidden: tuple[int, ...] = (200, 200, 200)
     learner: LearnerConfig = IMPROVED_LEARNER

@@ -74,9 +74,9 @@ class Start:
     robot: RobotSpec
     task: PushTask
 
-    def scene(self) -> Scene:
-        """A fresh scene; rebuilt for every episode, since only that is reproducible bit for bit."""
-        return Scene(self.terrain, [self.box], [self.robot])
+    def scene(self, engine: str | None = None) -> Scene:
+        """A fresh scene; rebuilt for every episode, since only that is reproducible bit for bit on every engine."""
+        return Scene(self.terrain, [self.box], [self.robot], engine=engine)
 
 
 @cache

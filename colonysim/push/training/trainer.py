@@ -16,6 +16,7 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.files import alone, check_writable, read_file, replace_file
+from colonysim.physics import engine_version
 from colonysim.push.cards import MOST_BYTES, ModelError, check_place, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
@@ -353,6 +354,7 @@ class _Run:
                 "training_episodes": self.episodes,
                 "training_actions": self.actions,
                 "peak_episode": winner.episode,
+                "engine": engine_version(self.config.engine),
                 "cpu_seconds": round(self.spent + time.process_time() - self._began),
                 "config": dataclasses.asdict(self.config),
             },
@@ -412,7 +414,7 @@ def play(
 
 def _begin(kind: Kind, mix: StartMix, config: TrainingConfig, rng: np.random.Generator) -> Episode:
     rules = dataclasses.replace(config.rules, guards=config.rules.guards and mix.guards)
-    return Episode(draw(kind, distribution(mix.name), rng), rules)
+    return Episode(draw(kind, distribution(mix.name), rng), rules, engine=config.engine)
 
 
 def _weighted(weights: list[float], rng: np.random.Generator) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 from colonysim.errors import ColonysimError
 from colonysim.files import alone, replace_file
 from colonysim.jsonlines import append_line, numbered, warn_of
-from colonysim.physics import Scene
+from colonysim.physics import Scene, default_engine
 from colonysim.push.cards import load_model
 from colonysim.push.executors import Executor, make_executor
 from colonysim.push.feasibility import load_feasibility
@@ -69,7 +69,9 @@ class LoggedWay:
         return len(self.pushes) == len(self.foreseen) and self.pushes[-1].success
 
 
-def push_way(way: CrampedWay, executor: Executor, forest: Gate, *, seed: int = 0) -> LoggedWay:
+def push_way(
+    way: CrampedWay, executor: Executor, forest: Gate, *, seed: int = 0, engine: str | None = None
+) -> LoggedWay:
     """Push a box along its way until a push fails.
 
     Args:
@@ -77,9 +79,10 @@ def push_way(way: CrampedWay, executor: Executor, forest: Gate, *, seed: int = 0
         executor: What pushes.
         forest: The paper's classifier; it is asked, nobody listens.
         seed: For the executor's drawn choices.
+        engine: The rigid-body engine; by default the first that is installed.
     """
     pushes: list[LoggedPush] = []
-    with way.scene() as scene:
+    with way.scene(engine) as scene:
         obstacles = everything_else(scene, 0)
 
         def around() -> Surroundings:
@@ -110,6 +113,7 @@ def gather_ways(
     *,
     model: str | Path = "push",
     ways: int = 600,
+    engine: str | None = None,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> list[LoggedWay]:
     """Push boxes along random ways with the executor `staged`, a line of JSON each; goes on where a file ends.
@@ -119,13 +123,19 @@ def gather_ways(
         seed: Makes the ways, apart from the episodes of training, tuning and judging.
         model: The network that pushes.
         ways: How many ways there shall be.
+        engine: The rigid-body engine; by default the first that is installed.
         on_progress: Called after each way with the ways so far and their wanted number.
 
     Raises:
         ColonysimError: The file holds something else, or ways that another seed or network made.
     """
     executor, forest = make_executor("staged", model=model), load_feasibility()
-    made_by = {"seed": seed, "network": str(load_model(model, "q-network").card["sha256"])}
+    engine = engine or default_engine()
+    made_by = {
+        "seed": seed,
+        "engine": engine,
+        "network": str(load_model(model, "q-network").card["sha256"]),
+    }
     with alone(file.parent, "is gathering ways there"):
         logged = _read(file, made_by) if file.exists() else {}
         if not logged:
@@ -133,7 +143,9 @@ def gather_ways(
         for number in range(ways):
             if number not in logged:
                 rng = episode_rng(Purpose.WAYS, seed, number)
-                logged[number] = push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31)))
+                logged[number] = push_way(
+                    draw_way(rng), executor, forest, seed=int(rng.integers(2**31)), engine=engine
+                )
                 append_line(file, {"number": number, **asdict(logged[number])})
                 if on_progress is not None:
                     on_progress(len(logged), ways)
@@ -151,7 +163,7 @@ def _read(file: Path, made_by: dict[str, Any]) -> dict[int, LoggedWay]:
     _, header, fault = next(lines, (1, {}, "it is missing"))
     if fault or header != made_by:
         raise ColonysimError(
-            f"{file}:1: holds no ways of this seed and network; expected {json.dumps(made_by)}, or choose another "
+            f"{file}:1: holds no ways of this seed, engine and network; expected {json.dumps(made_by)}, or choose another "
             "directory"
         )
     for line, row, fault in lines:

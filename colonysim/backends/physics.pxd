@@ -1,12 +1,12 @@
-# The types of bullet.py when it is compiled.
+# The types of physics.py when it is compiled.
 cimport cython
 from colonysim.backends.action cimport Actions
-from colonysim.physics.scene cimport Scene as SceneType  # bullet.py makes its own Scene, which tests may replace
+from colonysim.physics.scene cimport Scene as SceneType  # physics.py makes its own Scene, which tests may replace
 
 
-cdef class Bullet:
+cdef class Physics:
     cdef public bint recording
-    cdef readonly object push, feasibility, edge_seconds
+    cdef readonly object engine, push, feasibility, edge_seconds
     cdef readonly SceneType _scene
     cdef readonly Actions _actions
     cdef readonly object _world, _layout
