@@ -6,6 +6,7 @@ It knows neither colonies nor learning. Importing this package needs no physics 
 
 from colonysim.physics.bullet import window_trouble
 from colonysim.physics.engine import Engine, MissingEngineError
+from colonysim.physics.pits import Pit
 from colonysim.physics.robot import (
     BUMPER,
     HALF_WIDTH,
@@ -17,7 +18,7 @@ from colonysim.physics.robot import (
 )
 from colonysim.physics.scene import TICK_SECONDS, Scene, ticks_to_close
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, wrap
-from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
+from colonysim.physics.terrain import Ground, Ramp, Terrain
 
 __all__ = [
     "BUMPER",

@@ -5,42 +5,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from colonysim.physics.pits import Pit, closest, frame_width
 from colonysim.physics.shapes import Slab
 
-_FRAME = 0.7
-"""Width of the strips round a rotated pit, metres."""
+__all__ = ["Ground", "Pit", "Ramp", "Terrain"]
+
 _LEVEL = 0.02
 _MIN_THICKNESS = 0.4
-
-
-@dataclass(frozen=True, slots=True)
-class Pit:
-    """A square pit: centre, heading of its sides, side length, height of its rim, and depth."""
-
-    x: float
-    y: float
-    yaw: float
-    side: float = 1.2
-    rim: float = 0.0
-    depth: float = 0.25
-
-    def local(self, x: float, y: float) -> tuple[float, float]:
-        """A point in the pit's own axes."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return c * (x - self.x) + s * (y - self.y), -s * (x - self.x) + c * (y - self.y)
-
-    def contains(self, x: float, y: float, margin: float = 0.0) -> bool:
-        """Whether a point lies within the pit's walls, or within `margin` outside of them."""
-        reach = self.side + 2 * margin
-        if abs(x - self.x) > reach or abs(y - self.y) > reach:
-            return False
-        u, v = self.local(x, y)
-        return max(abs(u), abs(v)) <= self.side / 2 + margin
-
-    def distance(self, x: float, y: float) -> float:
-        """Distance of a point from the pit's square, 0 inside."""
-        u, v = self.local(x, y)
-        return math.hypot(max(0.0, abs(u) - self.side / 2), max(0.0, abs(v) - self.side / 2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,19 +84,14 @@ class Terrain:
     def __post_init__(self) -> None:
         for pit in self.pits:
             if not any(g.contains(pit.x, pit.y) and abs(g.z - pit.rim) < _LEVEL for g in self.grounds):
-                raise ValueError(f"no ground at the rim height {pit.rim} around the pit at {pit.x}, {pit.y}")
+                raise ValueError(f"no ground at the rim's height, {pit.rim:.2f} m, round {_named(pit)}")
             half = pit.side / 2
             corners = [(pit.x + u, pit.y + v) for u in (-half, 0.0, half) for v in (-half, 0.0, half)]
             if any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in corners):
-                raise ValueError(f"a ramp or its landing lies over the pit at {pit.x:.2f}, {pit.y:.2f}")
-        for i, one in enumerate(self.pits):
-            for other in self.pits[i + 1 :]:
-                gap = math.hypot(one.x - other.x, one.y - other.y)
-                if gap < (one.side / 2 + _FRAME + other.side / 2) * math.sqrt(2):
-                    raise ValueError(
-                        f"the pits at {one.x}, {one.y} and {other.x}, {other.y} are {gap:.2f} m apart, "
-                        "too close for the ground between them"
-                    )
+                raise ValueError(f"a ramp or its landing lies over {_named(pit)}")
+        if crowded := closest(self.pits):
+            one, other = (self.pits[i] for i in crowded)
+            raise ValueError(f"{_named(one)} and {_named(other)} leave too little ground between them")
 
     def height(self, x: float, y: float) -> float:
         """Nominal height of the surface (the floor inside a pit); minus infinity off the ground."""
@@ -139,11 +105,16 @@ class Terrain:
     def slabs(self) -> Iterator[Slab]:
         """The fixed boxes that make up the ground: tiles, frames and floors of pits, ramps."""
         thickness = max([_MIN_THICKNESS, *(pit.depth + 0.2 for pit in self.pits)])
+        frames = [frame_width(pit, self.pits) for pit in self.pits]
         for ground in self.grounds:
-            cuts = [_cut(pit) for pit in self.pits if ground.z > pit.rim - pit.depth]
+            cuts = [
+                _cut(pit, frame)
+                for pit, frame in zip(self.pits, frames, strict=True)
+                if ground.z > pit.rim - pit.depth
+            ]
             yield from _tiles(ground, cuts, thickness)
-        for pit in self.pits:
-            yield from _pit_slabs(pit, thickness)
+        for pit, frame in zip(self.pits, frames, strict=True):
+            yield from _pit_slabs(pit, frame, thickness)
         for ramp in self.ramps:
             yield from _ramp_slabs(ramp)
 
@@ -151,20 +122,15 @@ class Terrain:
 _Rectangle = tuple[float, float, float, float]
 
 
-def _spread(yaw: float) -> float:
-    """Ratio of the width along the axes of a rotated square to its side."""
-    return abs(math.cos(yaw)) + abs(math.sin(yaw))
+def _named(pit: Pit) -> str:
+    return f"the pit at {pit.x:.2f}, {pit.y:.2f} m"
 
 
-def _is_straight(pit: Pit) -> bool:
-    return _spread(pit.yaw) < 1 + 1e-9
-
-
-def _cut(pit: Pit) -> _Rectangle:
+def _cut(pit: Pit, frame: float) -> _Rectangle:
     """What the ground's tiles leave free: the pit itself, or room between it and its frame's border."""
     half = pit.side / 2
-    if not _is_straight(pit):
-        half = (half * _spread(pit.yaw) + (half + _FRAME) / _spread(pit.yaw)) / 2
+    if not pit.is_straight:
+        half = (half * pit.spread + (half + frame) / pit.spread) / 2
     return pit.x - half, pit.y - half, pit.x + half, pit.y + half
 
 
@@ -189,17 +155,17 @@ def _tile(xmin: float, ymin: float, xmax: float, ymax: float, top: float, thickn
     )
 
 
-def _pit_slabs(pit: Pit, thickness: float) -> Iterator[Slab]:
+def _pit_slabs(pit: Pit, frame: float, thickness: float) -> Iterator[Slab]:
     half = pit.side / 2
     floor = pit.rim - pit.depth
     yield Slab((pit.x, pit.y, floor - 0.1), (half + 0.1, half + 0.1, 0.1), pit.yaw)
-    if _is_straight(pit):
+    if pit.is_straight:
         return
     c, s = math.cos(pit.yaw), math.sin(pit.yaw)
-    middle, strip = half + _FRAME / 2, _FRAME / 2
+    middle, strip = half + frame / 2, frame / 2
     for u, v, half_u, half_v in (
-        (0.0, middle, half + _FRAME, strip),
-        (0.0, -middle, half + _FRAME, strip),
+        (0.0, middle, half + frame, strip),
+        (0.0, -middle, half + frame, strip),
         (middle, 0.0, strip, half),
         (-middle, 0.0, strip, half),
     ):
