@@ -1,0 +1,116 @@
+"""What to say of a place that has too little room: which nodes, how far apart they are, and how far they should be."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from colonysim.geometry.plan import Trouble, edge_path, node_path
+from colonysim.geometry.ramps import LEAST_HALF_WIDTH, ROOM
+from colonysim.physics.pits import closest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from colonysim.geometry.plan import Plan, Point
+
+__all__ = ["broken", "crowded_pits", "narrow_margin"]
+
+LEAST_MARGIN = 0.45
+"""Robots plan no way nearer than .4 m to the ground's border."""
+
+
+def crowded_pits(plan: Plan) -> Trouble | None:
+    """The first two holes that are too close to each other for their pits."""
+    found = closest(plan.pits)
+    if found is None:
+        return None
+    node_of = {n: node for node, n in plan.pit_at.items()}
+    i, j = (node_of[n] for n in found)
+    away, share = math.dist(plan.places[i], plan.places[j]), 1.0
+    while closest([plan.at_scale(plan.scale * share).pits[n] for n in found]):
+        share += 0.01
+    return Trouble(
+        f"holes.{found[1]}",
+        f"holes {plan.named(i)} and {plan.named(j)} are {away:.2f} m apart, too close for pits of {plan.pits[found[0]].side:.2f} m:"
+        f" expected at least {share * away:.2f} m in that direction",
+    )
+
+
+def narrow_margin(plan: Plan) -> Trouble | None:
+    """A margin on which a robot cannot turn."""
+    if plan.margin >= LEAST_MARGIN:
+        return None
+    return Trouble(
+        "physics.margin",
+        f"{plan.margin:g} m of ground beyond the outermost nodes, expected at least {LEAST_MARGIN:g} m for a robot to"
+        " turn there",
+    )
+
+
+def broken(plan: Plan, where: tuple[int, ...]) -> Trouble:
+    """What is in the way of a node or an edge for which no sound ground was found."""
+    own = (where[0], where[-1])
+    path = node_path(plan.scenario, where[0]) if len(where) == 1 else edge_path(plan.scenario, *where)
+    lacking, found = 0.0, None
+    for other in _others(plan, own):
+        needed = _half_width(plan, own) + _half_width(plan, other)
+        away = _apart(plan, own, other)
+        if needed - away > lacking:
+            lacking, found = needed - away, (other, away, needed)
+    if found:
+        other, away, needed = found
+        return Trouble(
+            path,
+            f"{_told(plan, own)} and {_told(plan, other)} are {away:.2f} m apart in the plane, expected at least"
+            f" {needed:.2f} m",
+        )
+    return Trouble(path, f"{_told(plan, own)} has a gap or a step beside it where robots need level ground")
+
+
+def _others(plan: Plan, own: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    """Edges and nodes that lie on other levels than a way, slopes, and, beside a slope, whatever it does not join."""
+    level = plan.level_of
+    levels, is_slope = {level[node] for node in own}, level[own[0]] != level[own[1]]
+    for i, j in plan.lanes:
+        if (is_slope or level[i] not in levels) and not {i, j} & set(own):
+            yield i, j
+    for node in range(len(level)):
+        if (is_slope or level[node] not in levels) and node not in own:
+            yield node, node
+    for i, j in plan.slopes:
+        if not {i, j} & set(own):
+            yield i, j
+
+
+def _half_width(plan: Plan, way: tuple[int, int]) -> float:
+    return ROOM if plan.level_of[way[0]] == plan.level_of[way[1]] else LEAST_HALF_WIDTH
+
+
+def _told(plan: Plan, way: tuple[int, int]) -> str:
+    i, j = way
+    if i == j:
+        return f"node {plan.named(i)} ({plan.heights[i]:.2f} m high)"
+    if plan.level_of[i] == plan.level_of[j]:
+        return f"edge {plan.named(i, j)} ({plan.heights[i]:.2f} m high)"
+    return f"slope {plan.named(i, j)} ({plan.heights[i]:.2f} to {plan.heights[j]:.2f} m high)"
+
+
+def _apart(plan: Plan, one: tuple[int, int], other: tuple[int, int]) -> float:
+    """Distance of two ways in the plane, metres."""
+    a, b, c, d = (plan.places[node] for node in (*one, *other))
+    if _side(a, b, c) * _side(a, b, d) < 0.0 and _side(c, d, a) * _side(c, d, b) < 0.0:
+        return 0.0
+    return min(_from(a, c, d), _from(b, c, d), _from(c, a, b), _from(d, a, b))
+
+
+def _side(start: Point, end: Point, place: Point) -> float:
+    return (end[0] - start[0]) * (place[1] - start[1]) - (end[1] - start[1]) * (place[0] - start[0])
+
+
+def _from(place: Point, start: Point, end: Point) -> float:
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    square = dx * dx + dy * dy
+    share = 0.0 if square == 0.0 else ((place[0] - start[0]) * dx + (place[1] - start[1]) * dy) / square
+    share = min(1.0, max(0.0, share))
+    return math.dist(place, (start[0] + share * dx, start[1] + share * dy))
