@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from colonysim.geometry.plan import Plan, Trouble, edge_path, node_path, steps
 from colonysim.geometry.rectangles import rectangles
 from colonysim.geometry.tiles import tiles
-from colonysim.geometry.troubles import broken, crowded_pits, narrow_margin
+from colonysim.geometry.troubles import broken, crowded_pits, misplaced_pit, narrow_margin
 from colonysim.geometry.ramps import steep
 from colonysim.geometry.ways import first_broken
 from colonysim.physics import Ground, Pit, Ramp, Terrain
@@ -43,13 +44,24 @@ def _derived(plan: Plan) -> Terrain | Trouble:
     trouble = crowded_pits(plan) or steep(plan)
     if trouble:
         return trouble
-    scenario, places, heights = plan.scenario, plan.places, plan.heights
-    terrain = rectangles(plan)
-    if terrain and not first_broken(scenario, places, heights, terrain):
-        return terrain
-    terrain = tiles(plan)
-    where = first_broken(scenario, places, heights, terrain)
-    return broken(plan, where) if where else terrain
+    whole = rectangles(plan)
+    if whole and _trouble_on(plan, whole) is None:
+        return _with_pits(plan, whole)
+    tiled = tiles(plan)
+    return _trouble_on(plan, tiled) or _with_pits(plan, tiled)
+
+
+def _trouble_on(plan: Plan, terrain: Terrain) -> Trouble | None:
+    """What is wrong with ground that has no pits yet: one would have no ground round it, or robots would not."""
+    for n, pit in enumerate(plan.pits):
+        if not terrain.carries(pit, pit.least_frame):
+            return misplaced_pit(plan, n)
+    where = first_broken(plan.scenario, plan.places, plan.heights, terrain)
+    return broken(plan, where) if where else None
+
+
+def _with_pits(plan: Plan, terrain: Terrain) -> Terrain:
+    return replace(terrain, pits=plan.pits)
 
 
 def _advice(plan: Plan) -> str:

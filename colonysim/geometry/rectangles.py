@@ -18,13 +18,13 @@ _Rectangle = tuple[float, float, float, float]
 
 
 def rectangles(plan: Plan) -> Terrain | None:
-    """One rectangle a level, higher ones cut back where a lower level or a ramp lies; None where that fits nothing."""
+    """Terrain without pits: one rectangle a level, higher ones cut back where a lower level or a ramp lies.
+
+    None if a node would be left without ground.
+    """
     ramps = _ramps(plan)
     grounds = _grounds(plan, ramps)
-    try:
-        return None if grounds is None else Terrain(tuple(grounds), plan.pits, tuple(ramps))
-    except ValueError:  # a pit has no room
-        return None
+    return None if grounds is None else Terrain(tuple(grounds), ramps=tuple(ramps))
 
 
 def _ramps(plan: Plan) -> list[Ramp]:

@@ -37,17 +37,13 @@ _EITHER = 0.5
 
 
 def tiles(plan: Plan) -> Terrain:
-    """Ground for levels of any shape.
-
-    Raises:
-        ValueError: A pit has no ground around it.
-    """
+    """Terrain without pits, for levels of any shape."""
     ramps = fitted_ramps(plan)
     grid = _Grid(plan, ramps)
     grounds: list[Ground] = []
     for level, (height, _) in enumerate(plan.levels):
         grounds += [Ground(*rectangle, height) for rectangle in grid.cover(level)]
-    return Terrain(tuple(grounds), plan.pits, tuple(ramps))
+    return Terrain(tuple(grounds), ramps=tuple(ramps))
 
 
 class _Grid:

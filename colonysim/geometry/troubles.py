@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 from colonysim.geometry.plan import Trouble, edge_path, node_path
 from colonysim.geometry.ramps import LEAST_HALF_WIDTH, ROOM
-from colonysim.physics.pits import closest
+from colonysim.physics.pits import WALL, closest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from colonysim.geometry.plan import Plan, Point
 
-__all__ = ["broken", "crowded_pits", "narrow_margin"]
+__all__ = ["broken", "crowded_pits", "misplaced_pit", "narrow_margin"]
 
 LEAST_MARGIN = 0.45
 """Robots plan no way nearer than .4 m to the ground's border."""
@@ -52,20 +52,34 @@ def broken(plan: Plan, where: tuple[int, ...]) -> Trouble:
     """What is in the way of a node or an edge for which no sound ground was found."""
     own = (where[0], where[-1])
     path = node_path(plan.scenario, where[0]) if len(where) == 1 else edge_path(plan.scenario, *where)
-    lacking, found = 0.0, None
+    why = _too_near(plan, own, _half_width(plan, own))
+    return Trouble(path, why or f"{_told(plan, own)} has a gap or a step beside it where robots need level ground")
+
+
+def misplaced_pit(plan: Plan, n: int) -> Trouble:
+    """What is in the way of a hole's pit, by the hole's position in the file."""
+    node = next(node for node, index in plan.pit_at.items() if index == n)
+    pit = plan.pits[n]
+    reach = (pit.side / 2 + max(WALL, pit.least_frame)) * (1.0 if pit.is_straight else math.sqrt(2.0))
+    why = _too_near(plan, (node, node), reach)
+    return Trouble(
+        f"holes.{n}",
+        why or f"the pit of hole {plan.named(node)}, {pit.side:.2f} m wide, has no level ground round it",
+    )
+
+
+def _too_near(plan: Plan, own: tuple[int, int], room: float) -> str:
+    """What lies on another level and nearest to where `own` needs the room, in words; empty if nothing does."""
+    lacking, told = 0.0, ""
     for other in _others(plan, own):
-        needed = _half_width(plan, own) + _half_width(plan, other)
-        away = _apart(plan, own, other)
+        needed, away = room + _half_width(plan, other), _apart(plan, own, other)
         if needed - away > lacking:
-            lacking, found = needed - away, (other, away, needed)
-    if found:
-        other, away, needed = found
-        return Trouble(
-            path,
-            f"{_told(plan, own)} and {_told(plan, other)} are {away:.2f} m apart in the plane, expected at least"
-            f" {needed:.2f} m",
-        )
-    return Trouble(path, f"{_told(plan, own)} has a gap or a step beside it where robots need level ground")
+            lacking = needed - away
+            told = (
+                f"{_told(plan, own)} and {_told(plan, other)} are {away:.2f} m apart in the plane, expected at least"
+                f" {needed:.2f} m"
+            )
+    return told
 
 
 def _others(plan: Plan, own: tuple[int, int]) -> Iterator[tuple[int, int]]:
@@ -90,7 +104,7 @@ def _half_width(plan: Plan, way: tuple[int, int]) -> float:
 def _told(plan: Plan, way: tuple[int, int]) -> str:
     i, j = way
     if i == j:
-        return f"node {plan.named(i)} ({plan.heights[i]:.2f} m high)"
+        return f"{'hole' if i in plan.pit_at else 'node'} {plan.named(i)} ({plan.heights[i]:.2f} m high)"
     if plan.level_of[i] == plan.level_of[j]:
         return f"edge {plan.named(i, j)} ({plan.heights[i]:.2f} m high)"
     return f"slope {plan.named(i, j)} ({plan.heights[i]:.2f} to {plan.heights[j]:.2f} m high)"

@@ -5,13 +5,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from colonysim.physics.pits import Pit, closest, frame_width
+from colonysim.physics.pits import WALL, Pit, closest, frame_width
 from colonysim.physics.shapes import Slab
 
 __all__ = ["Ground", "Pit", "Ramp", "Terrain"]
 
 _LEVEL = 0.02
 _MIN_THICKNESS = 0.4
+_SAMPLED = 0.2
+"""Round pits the ground is looked at in steps of this length, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +100,44 @@ class Terrain:
         for pit in self.pits:
             if pit.contains(x, y):
                 return pit.rim - pit.depth
+        return self._top(x, y)
+
+    def _top(self, x: float, y: float) -> float:
+        """Height of ground and ramps, pits left out."""
         heights = [g.z for g in self.grounds if g.contains(x, y)]
         heights += [h for ramp in self.ramps if (h := ramp.height(x, y)) is not None]
         return max(heights, default=-math.inf)
 
+    def carries(self, pit: Pit, frame: float) -> bool:
+        """Whether there is level ground for a pit's walls, and nothing lower where a frame round it would stand out.
+
+        Args:
+            pit: The pit; it may be one of the terrain's or not.
+            frame: Width of the frame, metres.
+        """
+        walls = pit.side / 2 + WALL
+        half = max(walls, pit.side / 2 + frame)
+        c, s = math.cos(pit.yaw), math.sin(pit.yaw)
+        parts = math.ceil(2 * half / _SAMPLED)
+        shares = [half * (2 * k / parts - 1) for k in range(parts + 1)]
+        for u in shares:
+            for v in shares:
+                x, y = pit.x + c * u - s * v, pit.y + s * u + c * v
+                here = self._top(x, y)
+                beyond = max(abs(u), abs(v)) > walls + 1e-9
+                if abs(here - pit.rim) >= _LEVEL and not (beyond and here == -math.inf):
+                    return False
+                if not beyond and any(ramp.height(x, y) is not None for ramp in self.ramps):
+                    return False
+        return True
+
     def slabs(self) -> Iterator[Slab]:
         """The fixed boxes that make up the ground: tiles, frames and floors of pits, ramps."""
         thickness = max([_MIN_THICKNESS, *(pit.depth + 0.2 for pit in self.pits)])
-        frames = [frame_width(pit, self.pits) for pit in self.pits]
+        frames = [
+            pit.least_frame if pit.is_straight or not self.carries(pit, usual := frame_width(pit, self.pits)) else usual
+            for pit in self.pits
+        ]
         for ground in self.grounds:
             cuts = [
                 _cut(pit, frame)

@@ -45,7 +45,7 @@ def level_map(seed: int) -> Scenario:
 
 
 def _document(draw: random.Random, seed: int) -> dict[str, Any]:
-    spacing = draw.uniform(1.2, 1.9)
+    spacing = draw.uniform(1.0, 1.9)
     low = _blob(draw, {(0, 0)}, set(), draw.randint(3, 14))
     beside = [(cell, ahead) for cell in sorted(low) for ahead in _next_to(cell) if ahead not in low]
     foot, top = draw.choice(beside)
@@ -72,6 +72,9 @@ def _document(draw: random.Random, seed: int) -> dict[str, Any]:
         for b in _next_to(a)
         if a < b and b in ids and ((a in low) == (b in low) or (a, b) in ramps or (b, a) in ramps)
     ]
+    if draw.random() < 0.2:
+        corners = [(a, (a[0] + 1, a[1] + d)) for a in cells for d in (-1, 1)]
+        edges += [[ids[a], ids[b]] for a, b in corners if b in ids and (a in low) == (b in low)]
     ends = {end for ramp in ramps for end in ramp}
     others = [cell for cell in cells if cell not in ends]
     draw.shuffle(others)
