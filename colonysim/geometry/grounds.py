@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from colonysim.geometry.plan import Plan, Trouble, edge_path, node_path, steps
+from colonysim.geometry.ramps import steep
 from colonysim.geometry.rectangles import rectangles
 from colonysim.geometry.tiles import tiles
 from colonysim.geometry.troubles import broken, crowded_pits, misplaced_pit, narrow_margin
-from colonysim.geometry.ramps import steep
 from colonysim.geometry.ways import first_broken
 from colonysim.physics import Ground, Pit, Ramp, Terrain
 
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_given", "derived_terrain", "given_terrain"]
 
+_STEPS = 20
 _LARGEST = 4.0
 """No xy_scale is proposed that is more than so many times the present one."""
 
@@ -37,7 +37,20 @@ def derived_terrain(plan: Plan) -> Terrain:
     found = _derived(plan)
     if isinstance(found, Terrain):
         return found
-    raise plan.scenario.fault(found.path, f"{found.message}; {_advice(plan)}")
+    scale, now = _scale_that_does(plan), f"it is {plan.scale:g}"
+    if plan.scenario.physics.get("xy_scale") is None:
+        now += " by default"
+    if scale:
+        advice = f"physics.xy_scale: {scale:g} would do ({now})"
+    else:
+        advice = f"no physics.xy_scale up to {_LARGEST * plan.scale:.2f} would do ({now}): move nodes apart, or give"
+        advice += " physics.terrain"
+    expected = ""
+    if found.needed:
+        # Often less than what is surely enough will do.
+        needed = min(found.needed, found.away * scale / plan.scale) if scale and found.away else found.needed
+        expected = f", expected at least {needed:.2f} m"
+    raise plan.scenario.fault(found.path, f"{found.message}{expected}; {advice}")
 
 
 def _derived(plan: Plan) -> Terrain | Trouble:
@@ -64,19 +77,22 @@ def _with_pits(plan: Plan, terrain: Terrain) -> Terrain:
     return replace(terrain, pits=plan.pits)
 
 
-def _advice(plan: Plan) -> str:
-    """An xy_scale that would do, found by trying."""
-    step, upper = 1.1, 0.0
-    while step <= _LARGEST and not upper:
-        scale = math.ceil(20.0 * plan.scale * step) / 20.0
-        if isinstance(_derived(plan.at_scale(scale)), Terrain):
-            upper = scale
-        step *= 1.15
-    is_said = plan.scenario.physics.get("xy_scale")
-    now = f"it is {plan.scale:g}" + ("" if is_said else " by default")
-    if upper:
-        return f"physics.xy_scale: {upper:g} would do ({now})"
-    return f"no physics.xy_scale up to {_LARGEST * plan.scale:.1f} would do ({now}): move nodes, or give physics.terrain"
+def _scale_that_does(plan: Plan) -> float:
+    """An xy_scale, in steps of .05, at which ground can be derived, found by trying; 0 if there is none."""
+
+    def does(steps: int) -> bool:
+        return isinstance(_derived(plan.at_scale(steps / _STEPS)), Terrain)
+
+    low, most = int(plan.scale * _STEPS), int(_LARGEST * plan.scale * _STEPS) + 1
+    high = low + 1
+    while not does(high):
+        if high >= most:
+            return 0.0
+        low, high = high, min(max(high + 1, int(1.2 * high)), most)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if does(middle) else (middle, high)
+    return high / _STEPS
 
 
 def given_terrain(scenario: Scenario, given: Mapping[str, Any], pits: Sequence[Pit]) -> Terrain:

@@ -26,11 +26,15 @@ class Trouble:
 
     Attributes:
         path: The field it is about, such as "edges.3".
-        message: What is wrong and what was expected.
+        message: What is wrong, and what was expected unless that is a distance.
+        away: How far apart two things are, metres; 0 if it is not about that.
+        needed: A distance that would be enough, metres.
     """
 
     path: str
     message: str
+    away: float = 0.0
+    needed: float = 0.0
 
 
 @dataclass(frozen=True)

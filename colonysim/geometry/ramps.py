@@ -37,8 +37,9 @@ def steep(plan: Plan) -> Trouble | None:
         if rise > STEEPEST * length:
             return Trouble(
                 edge_path(plan.scenario, i, j),
-                f"the slope {plan.named(i, j)} rises {rise:.2f} m over {length:.2f} m, expected at least"
-                f" {rise / STEEPEST:.2f} m for that",
+                f"slope {plan.named(i, j)} rises {rise:.2f} m over {length:.2f} m",
+                length,
+                rise / STEEPEST,
             )
     return None
 

@@ -23,17 +23,18 @@ if TYPE_CHECKING:
 
     from colonysim.geometry.plan import Plan, Point
 
-__all__ = ["tiles"]
+__all__ = ["CELL_CENTRE", "tiles"]
 
 _CELL = 0.2
 """Metres."""
+CELL_CENTRE = 0.15
+"""No place of a cell is further from its centre, metres."""
 _MOST_CELLS = 2_000_000
 """On larger places cells are larger."""
 _LANE = 0.7
 """Ground within this of a node or an edge is its level's, metres: nobody else's may be there."""
 _EITHER = 0.5
 """Where two levels are equally near within this, the ground may be either's, metres."""
-
 
 
 def tiles(plan: Plan) -> Terrain:
@@ -165,21 +166,19 @@ def _distances(plan: Plan, level: int, x: NDArray[np.float64], y: NDArray[np.flo
         away[near] = np.minimum(away[near], np.hypot(dx, dy))
     for node, n in plan.pit_at.items():
         if plan.level_of[node] == level:
-            _add_pit(away, plan.pits[n], reach, x, y)
+            _claim(away, plan.pits[n], x, y)
     return away
 
 
-def _add_pit(
-    away: NDArray[np.float64], pit: Pit, reach: float, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> None:
-    """A pit's walls or its frame are its level's too."""
-    half = pit.side / 2 + max(WALL, pit.least_frame)
-    far = reach + 1.5 * half
+def _claim(away: NDArray[np.float64], pit: Pit, x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+    """A pit's walls and its frame are its level's too, whoever comes near."""
+    half = pit.side / 2 + max(WALL, pit.least_frame) + CELL_CENTRE
+    far = half * math.sqrt(2.0)
     near = _window(x, y, pit.x - far, pit.y - far, pit.x + far, pit.y + far)
     dx, dy = x[near[0], None] - pit.x, y[None, near[1]] - pit.y
     c, s = math.cos(pit.yaw), math.sin(pit.yaw)
-    outside = np.maximum(np.abs(c * dx + s * dy), np.abs(-s * dx + c * dy)) - half
-    away[near] = np.minimum(away[near], np.maximum(outside, 0.0))
+    inside = np.maximum(np.abs(c * dx + s * dy), np.abs(-s * dx + c * dy)) <= half
+    away[near] = np.where(inside, 0.0, away[near])
 
 
 def _window(

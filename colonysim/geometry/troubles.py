@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING
 
 from colonysim.geometry.plan import Trouble, edge_path, node_path
 from colonysim.geometry.ramps import LEAST_HALF_WIDTH, ROOM
+from colonysim.geometry.tiles import CELL_CENTRE
 from colonysim.physics.pits import WALL, closest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from colonysim.geometry.plan import Plan, Point
+
+Way = tuple[int, int]
+"""An edge, or a node twice."""
 
 __all__ = ["broken", "crowded_pits", "misplaced_pit", "narrow_margin"]
 
@@ -32,8 +36,10 @@ def crowded_pits(plan: Plan) -> Trouble | None:
         share += 0.01
     return Trouble(
         f"holes.{found[1]}",
-        f"holes {plan.named(i)} and {plan.named(j)} are {away:.2f} m apart, too close for pits of {plan.pits[found[0]].side:.2f} m:"
-        f" expected at least {share * away:.2f} m in that direction",
+        f"holes {plan.named(i)} and {plan.named(j)} are {away:.2f} m apart, with pits {plan.pits[found[0]].side:.2f} m"
+        " wide",
+        away,
+        share * away,
     )
 
 
@@ -52,37 +58,50 @@ def broken(plan: Plan, where: tuple[int, ...]) -> Trouble:
     """What is in the way of a node or an edge for which no sound ground was found."""
     own = (where[0], where[-1])
     path = node_path(plan.scenario, where[0]) if len(where) == 1 else edge_path(plan.scenario, *where)
-    why = _too_near(plan, own, _half_width(plan, own))
-    return Trouble(path, why or f"{_told(plan, own)} has a gap or a step beside it where robots need level ground")
+    if trouble := _too_near(plan, own, path):
+        return trouble
+    why = _turning_off(plan, own) or f"{_told(plan, own)} has a gap or a step beside it where robots need level ground"
+    return Trouble(path, why)
 
 
 def misplaced_pit(plan: Plan, n: int) -> Trouble:
     """What is in the way of a hole's pit, by the hole's position in the file."""
-    node = next(node for node, index in plan.pit_at.items() if index == n)
-    pit = plan.pits[n]
-    reach = (pit.side / 2 + max(WALL, pit.least_frame)) * (1.0 if pit.is_straight else math.sqrt(2.0))
-    why = _too_near(plan, (node, node), reach)
-    return Trouble(
-        f"holes.{n}",
-        why or f"the pit of hole {plan.named(node)}, {pit.side:.2f} m wide, has no level ground round it",
-    )
+    node, path = next(node for node, index in plan.pit_at.items() if index == n), f"holes.{n}"
+    why = f"the pit of hole {plan.named(node)}, {plan.pits[n].side:.2f} m wide, has no level ground round it"
+    return _too_near(plan, (node, node), path) or Trouble(path, why)
 
 
-def _too_near(plan: Plan, own: tuple[int, int], room: float) -> str:
-    """What lies on another level and nearest to where `own` needs the room, in words; empty if nothing does."""
-    lacking, told = 0.0, ""
+def _too_near(plan: Plan, own: Way, path: str) -> Trouble | None:
+    """What lies on another level and furthest into the room that `own` needs; None if nothing does."""
+    lacking, found = 0.0, None
     for other in _others(plan, own):
-        needed, away = room + _half_width(plan, other), _apart(plan, own, other)
+        needed, away = _half_width(plan, own) + _half_width(plan, other), _apart(plan, own, other)
         if needed - away > lacking:
             lacking = needed - away
-            told = (
-                f"{_told(plan, own)} and {_told(plan, other)} are {away:.2f} m apart in the plane, expected at least"
-                f" {needed:.2f} m"
+            told = f"{_told(plan, own)} and {_told(plan, other)} are {away:.2f} m apart in the plane"
+            found = Trouble(path, told, away, needed)
+    return found
+
+
+def _turning_off(plan: Plan, own: Way) -> str:
+    """A slope from whose end an edge turns back beside it, in words; empty if there is none."""
+    for slope in plan.slopes:
+        shared = set(slope) & set(own)
+        if len(shared) != 1 or own[0] == own[1]:
+            continue
+        (end,) = shared
+        ahead, aside = (next(node for node in way if node != end) for way in (slope, own))
+        (x, y), (x0, y0), (x1, y1) = (plan.places[node] for node in (end, ahead, aside))
+        turn = abs(math.remainder(math.atan2(y1 - y, x1 - x) - math.atan2(y0 - y, x0 - x), 2.0 * math.pi))
+        if turn < math.pi / 2:
+            return (
+                f"{_told(plan, own)} turns off {_told(plan, slope)} by {math.degrees(turn):.0f} degrees at node"
+                f" {plan.named(end)}, over the side of its ramp: expected about 90 degrees or more"
             )
-    return told
+    return ""
 
 
-def _others(plan: Plan, own: tuple[int, int]) -> Iterator[tuple[int, int]]:
+def _others(plan: Plan, own: Way) -> Iterator[Way]:
     """Edges and nodes that lie on other levels than a way, slopes, and, beside a slope, whatever it does not join."""
     level = plan.level_of
     levels, is_slope = {level[node] for node in own}, level[own[0]] != level[own[1]]
@@ -97,11 +116,16 @@ def _others(plan: Plan, own: tuple[int, int]) -> Iterator[tuple[int, int]]:
             yield i, j
 
 
-def _half_width(plan: Plan, way: tuple[int, int]) -> float:
+def _half_width(plan: Plan, way: Way) -> float:
+    """How much ground to each side a way needs, metres; of a rotated pit, towards its frame's corners."""
+    if way[0] == way[1] and way[0] in plan.pit_at:
+        pit = plan.pits[plan.pit_at[way[0]]]
+        half = pit.side / 2 + max(WALL, pit.least_frame) + CELL_CENTRE
+        return half * (1.0 if pit.is_straight else math.sqrt(2.0))
     return ROOM if plan.level_of[way[0]] == plan.level_of[way[1]] else LEAST_HALF_WIDTH
 
 
-def _told(plan: Plan, way: tuple[int, int]) -> str:
+def _told(plan: Plan, way: Way) -> str:
     i, j = way
     if i == j:
         return f"{'hole' if i in plan.pit_at else 'node'} {plan.named(i)} ({plan.heights[i]:.2f} m high)"
@@ -110,7 +134,7 @@ def _told(plan: Plan, way: tuple[int, int]) -> str:
     return f"slope {plan.named(i, j)} ({plan.heights[i]:.2f} to {plan.heights[j]:.2f} m high)"
 
 
-def _apart(plan: Plan, one: tuple[int, int], other: tuple[int, int]) -> float:
+def _apart(plan: Plan, one: Way, other: Way) -> float:
     """Distance of two ways in the plane, metres."""
     a, b, c, d = (plan.places[node] for node in (*one, *other))
     if _side(a, b, c) * _side(a, b, d) < 0.0 and _side(c, d, a) * _side(c, d, b) < 0.0:

@@ -140,9 +140,7 @@ class Terrain:
         ]
         for ground in self.grounds:
             cuts = [
-                _cut(pit, frame)
-                for pit, frame in zip(self.pits, frames, strict=True)
-                if ground.z > pit.rim - pit.depth
+                _cut(pit, frame) for pit, frame in zip(self.pits, frames, strict=True) if ground.z > pit.rim - pit.depth
             ]
             yield from _tiles(ground, cuts, thickness)
         for pit, frame in zip(self.pits, frames, strict=True):
