@@ -7,7 +7,7 @@ import random
 from typing import Any
 
 from colonysim.errors import ScenarioError
-from colonysim.physics import Terrain
+from colonysim.physics.shapes import Slab
 from colonysim.scenario.loading import scenario_from_document
 from colonysim.scenario.scenario import Scenario
 
@@ -109,15 +109,8 @@ def _blob(draw: random.Random, start: set[Cell], taken: set[Cell], size: int) ->
     return cells
 
 
-def top_of(terrain: Terrain, x: float, y: float) -> float:
-    """Height of the highest slab's upper face at a place, minus infinity where there is none."""
-    top = -math.inf
-    for slab in terrain.slabs():
-        top = max(top, _face(slab, x, y))
-    return top
-
-
-def _face(slab: Any, x: float, y: float) -> float:
+def face(slab: Slab, x: float, y: float) -> float:
+    """Height of a slab's upper face at a place, minus infinity beside it."""
     c, s, slope = math.cos(slab.yaw), math.sin(slab.yaw), slab.slope
     cp, sp = math.cos(slope), math.sin(slope)
     # The middle of the upper face, and from there along the face.

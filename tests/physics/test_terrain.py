@@ -50,5 +50,37 @@ def test_heights_of_ramp_landings_and_nothing():
 def test_impossible_pits_are_refused():
     with pytest.raises(ValueError, match="no ground at the rim"):
         Terrain((GROUND,), (Pit(0, 0, 0, rim=0.5),))
-    with pytest.raises(ValueError, match="too close"):
-        Terrain((GROUND,), (Pit(0, 0, 0), Pit(1.5, 0, 0)))
+    with pytest.raises(ValueError, match=r"pit at 0.00, 0.00 m and the pit at 1.30, 0.00 m leave too little ground"):
+        Terrain((GROUND,), (Pit(0, 0, 0), Pit(1.3, 0, 0)))
+    with pytest.raises(ValueError, match="leave too little ground"):
+        Terrain((GROUND,), (Pit(0, 0, math.pi / 4), Pit(1.25, 1.25, math.pi / 4)))
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (Pit(0, 0, 0, depth=0.5), Pit(1.36, 0.3, 0)),
+        (Pit(0, 0, 0.3, depth=0.5), Pit(1.65 * math.cos(0.3), 1.65 * math.sin(0.3), 0.3)),
+        (Pit(0, 0, math.pi / 4), Pit(1.35, 1.35, math.pi / 4, depth=0.5)),
+        (Pit(0, 0, 0), Pit(1.9, 0.2, math.pi / 4)),
+        (Pit(0, 0, 1.2), Pit(-1.2, 1.9, 0.5)),
+    ],
+)
+def test_pits_close_to_each_other_have_walls_and_ground_between_them(one, other):
+    terrain = Terrain((GROUND,), (one, other))
+    for i in range(81):
+        for j in range(81):
+            x, y = -4 + 0.1 * i + 0.013, -4 + 0.1 * j + 0.007
+            inside = [pit for pit in terrain.pits if pit.contains(x, y)]
+            assert covered(terrain, x, y, -0.01) is not bool(inside), (x, y)
+            if inside:
+                assert covered(terrain, x, y, -inside[0].depth - 0.05)
+                assert not covered(terrain, x, y, 0.05 - inside[0].depth)
+
+
+def test_a_frame_does_not_stand_out_over_lower_ground():
+    pit = Pit(0, 0, math.pi / 4)
+    terrain = Terrain((Ground(-6, -6, 2.0, 6, 0.0), Ground(2.0, -6, 6, 6, -0.5)), (pit,))
+    assert not terrain.carries(pit, 0.9)
+    for i in range(40):
+        assert not covered(terrain, 2.05 + 0.05 * i, 0.0, -0.2)

@@ -1,0 +1,148 @@
+"""Ground from graphs of two levels: it is built or refused by name, and is what robots take it for."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterator
+
+import pytest
+from backends.level_maps import FOOT, face, level_map
+from backends.places import place
+
+from colonysim.errors import ScenarioError
+from colonysim.geometry.layout import Layout, lay_out
+from colonysim.geometry.ways import travelled
+from colonysim.physics import RobotSpec, Scene
+from colonysim.push import drive_to, everything_else, run_alone
+from colonysim.push.paths import FreeSpace, Point, Surroundings
+from colonysim.scenario.loading import scenario_from_document
+from colonysim.scenario.scenario import Scenario
+
+PLAIN, SLOW = range(20), range(200)
+DRIVEN = (3, 4, 11)
+"""Maps that robots drive over in the plain suite: 4 is turned, 11 has two ramps."""
+
+WHEELS = 0.35
+REFUSAL = re.compile(
+    r"<document>: (holes|edges|nodes|slopes)\.\d+: .*\b(hole|holes|node|nodes|edge|slope) \d+.*; .*xy_scale"
+)
+
+
+def laid_out(scenario: Scenario) -> Layout | None:
+    """The layout, None if it was refused as it should be."""
+    try:
+        return lay_out(scenario)
+    except ScenarioError as error:
+        assert REFUSAL.match(str(error)), str(error)
+        assert not re.search(r"\d\.\d{4}", str(error)), str(error)
+        if would_do := re.search(r"xy_scale: ([\d.]+) would do", str(error)):
+            physics = {**scenario.physics, "xy_scale": float(would_do[1])}
+            lay_out(scenario_from_document({**scenario.document, "physics": physics}))
+        return None
+
+
+def swept(way: list[Point]) -> Iterator[list[Point]]:
+    """Where the wheels go along a way: lines of places .05 m apart."""
+    for (x0, y0), (x1, y1) in itertools.pairwise(way):
+        away = math.dist((x0, y0), (x1, y1)) or 1.0
+        c, s = (x1 - x0) / away, (y1 - y0) / away
+        parts = math.ceil(away / 0.05)
+        for aside in (-WHEELS, 0.0, WHEELS):
+            yield [
+                (x0 + k / parts * away * c - aside * s, y0 + k / parts * away * s + aside * c) for k in range(parts + 1)
+            ]
+
+
+def check_surface(scenario: Scenario, layout: Layout) -> None:
+    """No gap, step or roof along any edge, but for pits; the ground is looked at on the slabs themselves."""
+    terrain, slabs = layout.terrain, list(layout.terrain.slabs())
+    with Scene(terrain, (), ()) as scene:
+        space = FreeSpace(scene, Surroundings())
+        for i, j in travelled(scenario, layout.heights):
+            names = scenario.name, scenario.topology.ids[i], scenario.topology.ids[j]
+            start, goal = layout.places[i], layout.places[j]
+            low, high = sorted((layout.heights[i], layout.heights[j]))
+            way = space.path(start, goal)
+            assert way is not None, names
+            bent = sum(math.dist(a, b) for a, b in itertools.pairwise([start, *way]))
+            assert bent <= 1.25 * math.dist(start, goal), names
+            for line in swept([start, *way]):
+                before = None
+                for x, y in line:
+                    if any(pit.contains(x, y, 1e-6) for pit in terrain.pits):
+                        before = None
+                        continue
+                    top = max(face(slab, x, y) for slab in slabs)
+                    # Wheels of a robot that passes a ramp's end roll over the first decimetres of the ramp.
+                    assert low - 0.1 < top < high + 0.1, (*names, x, y, top)
+                    assert before is None or abs(top - before) < 0.05, (*names, x, y)
+                    before = top
+
+
+def check_drives(scenario: Scenario, layout: Layout) -> None:
+    """A robot drives over each edge both ways; pits are empty, and edges to them left out."""
+    for edge in travelled(scenario, layout.heights):
+        if not set(edge) & set(layout.pit_at):
+            for i, j in (edge, edge[::-1]):
+                robot = RobotSpec(*layout.places[i], layout.heights[i], 1.0)
+                with Scene(layout.terrain, (), [robot]) as scene:
+                    result = run_alone(scene, 0, drive_to(scene, 0, *layout.places[j], everything_else(scene, 0)))
+                    assert result.reason == "done", (scenario.name, scenario.topology.ids[i], scenario.topology.ids[j])
+                    assert scene.robot(0).z == pytest.approx(layout.heights[j], abs=0.1)
+
+
+def test_random_maps_are_built_or_refused_by_name() -> None:
+    built = 0
+    for seed in PLAIN:
+        scenario = level_map(seed)
+        if layout := laid_out(scenario):
+            built += 1
+            check_surface(scenario, layout)
+    assert built >= 0.8 * len(PLAIN)
+
+
+@pytest.mark.parametrize("seed", DRIVEN)
+def test_robots_drive_over_random_maps(seed: int) -> None:
+    scenario = level_map(seed)
+    check_drives(scenario, lay_out(scenario))
+
+
+@pytest.mark.slow
+def test_two_hundred_random_maps() -> None:
+    built = 0
+    for seed in SLOW:
+        scenario = level_map(seed)
+        if layout := laid_out(scenario):
+            built += 1
+            check_surface(scenario, layout)
+            if seed % 5 == 0:
+                check_drives(scenario, layout)
+    assert built >= 0.8 * len(SLOW)
+
+
+def test_the_lower_level_may_lie_along_the_foot_of_its_ramp() -> None:
+    scenario = place(FOOT)
+    layout, index = lay_out(scenario), scenario.topology.index
+    assert len(scenario.topology) == 39
+    check_surface(scenario, layout)
+    low, high = layout.heights[index[40]], layout.heights[index[8]]
+    for node in (40, 41, 42, 43):
+        x, y = layout.places[index[node]]
+        for k in range(24):
+            at = (x + 0.5 * math.cos(k * math.pi / 12), y + 0.5 * math.sin(k * math.pi / 12))
+            assert layout.terrain.height(*at) == pytest.approx(low), node
+    x, y = layout.places[index[8]]
+    assert layout.terrain.height(x, y) == pytest.approx(high)
+    for start, end in ((40, 42), (42, 40), (43, 8), (8, 40)):
+        (x, y), goal = layout.places[index[start]], layout.places[index[end]]
+        with Scene(layout.terrain, (), [RobotSpec(x, y, layout.heights[index[start]], 2.0)]) as scene:
+            route = [layout.places[index[40]], goal] if start == 43 else [goal]
+            for place_ in route:
+                assert run_alone(scene, 0, drive_to(scene, 0, *place_, everything_else(scene, 0))).success
+
+
+def test_a_map_of_one_level_has_one_rectangle() -> None:
+    scenario = place({"topology": {"kind": "ring", "nodes": 9}, "agents": [0], "goal": 4})
+    assert len(lay_out(scenario).terrain.grounds) == 1
