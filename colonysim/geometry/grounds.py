@@ -67,7 +67,7 @@ def _derived(plan: Plan) -> Terrain | Trouble:
 def _trouble_on(plan: Plan, terrain: Terrain) -> Trouble | None:
     """What is wrong with ground that has no pits yet: one would have no ground round it, or robots would not."""
     for n, pit in enumerate(plan.pits):
-        if not terrain.carries(pit, pit.least_frame):
+        if not terrain.carries(pit):
             return misplaced_pit(plan, n)
     where = first_broken(plan.scenario, plan.places, plan.heights, terrain)
     return broken(plan, where) if where else None

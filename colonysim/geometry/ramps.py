@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 from colonysim.geometry.plan import Trouble, edge_path
 from colonysim.physics import Ramp
+from colonysim.physics.pits import WALL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from colonysim.geometry.plan import Plan, Point
+    from colonysim.physics.pits import Rectangle
 
 __all__ = ["LEAST_HALF_WIDTH", "ROOM", "STEEPEST", "fitted_ramps", "steep"]
 
@@ -61,12 +63,15 @@ def _fitted(plan: Plan, foot: int, top: int) -> Ramp:
     before, after = (share * flat for flat in flats)
     ramp = Ramp(x0 + before * c, y0 + before * s, z0, x1 - after * c, y1 - after * s, z1, plan.half_width)
     half = plan.half_width
-    for (x, y), room, height in _beside(plan, foot, top):
+    for (x, y, yaw, half_u, half_v), height in _beside(plan, foot, top):
         along, across = c * (x - ramp.x0) + s * (y - ramp.y0), abs(-s * (x - ramp.x0) + c * (y - ramp.y0))
+        cd, sd = abs(math.cos(yaw - ramp.yaw)), abs(math.sin(yaw - ramp.yaw))
+        reach, room = half_u * cd + half_v * sd, half_u * sd + half_v * cd
         # Level with an end it may lie beyond the crease there; the upper landing is a roof for what is lower.
         begin = 0.0 if height <= z0 else -ramp.landing
         end = ramp.length if height >= z1 else ramp.length + ramp.landing
-        if begin + 1e-6 < along + room and along - room < end - 1e-6 and across >= LEAST_HALF_WIDTH + room:
+        overlaps = begin + 1e-6 < along + reach and along - reach < end - 1e-6
+        if overlaps and across >= LEAST_HALF_WIDTH + room:
             half = min(half, across - room)
     return Ramp(ramp.x0, ramp.y0, z0, ramp.x1, ramp.y1, z1, half)
 
@@ -83,20 +88,22 @@ def _is_passed(plan: Plan, end: int, other: int) -> bool:
     return False
 
 
-def _beside(plan: Plan, foot: int, top: int) -> Iterator[tuple[Point, float, float]]:
-    """Places that a ramp has to leave free: each with the room round it and its height."""
+def _beside(plan: Plan, foot: int, top: int) -> Iterator[tuple[Rectangle, float]]:
+    """What a ramp has to leave free, and the height of each."""
     for i, j in plan.lanes:
-        for place in _along(plan.places[i], plan.places[j]):
-            yield place, ROOM, plan.heights[i]
-    for node, place in enumerate(plan.places):
+        for x, y in _along(plan.places[i], plan.places[j]):
+            yield (x, y, 0.0, ROOM, ROOM), plan.heights[i]
+    for node, (x, y) in enumerate(plan.places):
         if node not in (foot, top):
-            yield place, ROOM, plan.heights[node]
+            yield (x, y, 0.0, ROOM, ROOM), plan.heights[node]
     for i, j in plan.slopes:
         if (i, j) != (foot, top):
-            for place in _along(plan.places[i], plan.places[j]):
-                yield place, LEAST_HALF_WIDTH, (plan.heights[i] + plan.heights[j]) / 2
+            for x, y in _along(plan.places[i], plan.places[j]):
+                yield (x, y, 0.0, LEAST_HALF_WIDTH, LEAST_HALF_WIDTH), (plan.heights[i] + plan.heights[j]) / 2
     for pit in plan.pits:
-        yield (pit.x, pit.y), (pit.side / 2 + pit.least_frame) * math.sqrt(2.0), pit.rim
+        # A landing may be no part of a pit's walls, at whatever height.
+        for part in pit.rectangles(WALL):
+            yield part, math.nan
 
 
 def _along(start: Point, end: Point) -> Iterator[Point]:

@@ -102,9 +102,8 @@ def _grown(allowed: NDArray[np.bool_], i: int, j: int, order: tuple[int, int]) -
     """The rectangle that a cell grows to, first along one axis as far as it goes, then along the other."""
     low, high = [int(i), int(j)], [int(i) + 1, int(j) + 1]
     for axis in order:
-        other = 1 - axis
         flags = allowed[:, low[1] : high[1]] if axis == 0 else allowed[low[0] : high[0], :]
-        fine = flags.all(axis=other)
+        fine = np.all(flags, axis=1 - axis).tolist()
         while low[axis] > 0 and fine[low[axis] - 1]:
             low[axis] -= 1
         while high[axis] < len(fine) and fine[high[axis]]:
@@ -172,13 +171,14 @@ def _distances(plan: Plan, level: int, x: NDArray[np.float64], y: NDArray[np.flo
 
 def _claim(away: NDArray[np.float64], pit: Pit, x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
     """A pit's walls and its frame are its level's too, whoever comes near."""
-    half = pit.side / 2 + max(WALL, pit.least_frame) + CELL_CENTRE
-    far = half * math.sqrt(2.0)
-    near = _window(x, y, pit.x - far, pit.y - far, pit.x + far, pit.y + far)
-    dx, dy = x[near[0], None] - pit.x, y[None, near[1]] - pit.y
-    c, s = math.cos(pit.yaw), math.sin(pit.yaw)
-    inside = np.maximum(np.abs(c * dx + s * dy), np.abs(-s * dx + c * dy)) <= half
-    away[near] = np.where(inside, 0.0, away[near])
+    for centre_x, centre_y, yaw, half_u, half_v in pit.rectangles(WALL):
+        far = math.hypot(half_u, half_v) + 2 * CELL_CENTRE
+        near = _window(x, y, centre_x - far, centre_y - far, centre_x + far, centre_y + far)
+        dx, dy = x[near[0], None] - centre_x, y[None, near[1]] - centre_y
+        c, s = math.cos(yaw), math.sin(yaw)
+        within = np.abs(c * dx + s * dy) <= half_u + CELL_CENTRE
+        within &= np.abs(-s * dx + c * dy) <= half_v + CELL_CENTRE
+        away[near] = np.where(within, 0.0, away[near])
 
 
 def _window(

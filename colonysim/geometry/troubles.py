@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from colonysim.geometry.plan import Trouble, edge_path, node_path
 from colonysim.geometry.ramps import LEAST_HALF_WIDTH, ROOM
 from colonysim.geometry.tiles import CELL_CENTRE
-from colonysim.physics.pits import WALL, closest
+from colonysim.physics.pits import closest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -120,8 +120,7 @@ def _half_width(plan: Plan, way: Way) -> float:
     """How much ground to each side a way needs, metres; of a rotated pit, towards its frame's corners."""
     if way[0] == way[1] and way[0] in plan.pit_at:
         pit = plan.pits[plan.pit_at[way[0]]]
-        half = pit.side / 2 + max(WALL, pit.least_frame) + CELL_CENTRE
-        return half * (1.0 if pit.is_straight else math.sqrt(2.0))
+        return pit.reach + CELL_CENTRE
     return ROOM if plan.level_of[way[0]] == plan.level_of[way[1]] else LEAST_HALF_WIDTH
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["WALL", "Pit", "closest", "frame_width", "squares_apart"]
+__all__ = ["WALL", "Pit", "closest", "has_room"]
 
 WALL = 0.15
 """Two pits leave at least this much ground between them, metres: their floors reach .1 m under their walls."""
@@ -13,8 +13,13 @@ _FRAME = 0.7
 _LAP = 0.02
 """A narrow frame still laps over the ground's tiles by this much, metres."""
 
-_Square = tuple[float, float, float, float]
-"""Centre x, y, heading, half the side."""
+_OVERLAP = 0.03
+"""The strips of a narrow frame are longer than the pit's sides by this much at each end, metres."""
+
+Strip = tuple[float, float, float, float]
+"""Centre and half sizes in a pit's own axes, metres."""
+Rectangle = tuple[float, float, float, float, float]
+"""Centre x, y, heading and half sizes, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,55 +61,92 @@ class Pit:
         """Whether its sides lie along the axes: tiles alone make its walls."""
         return self.spread < 1 + 1e-9
 
+    def frame(self, narrow: bool = False) -> tuple[Strip, ...]:
+        """The strips that close the ground between a rotated pit and the tiles; none round a straight pit.
+
+        Args:
+            narrow: No wider than they have to be, and without corners.
+        """
+        if self.is_straight:
+            return ()
+        half, least = self.side / 2, self.side / 2 * (self.spread**2 - 1) + _LAP
+        width = least if narrow else max(_FRAME, least)
+        across, along = (half + _OVERLAP,) * 2 if narrow else (half + width, half)
+        middle = half + width / 2
+        return (
+            (0.0, middle, across, width / 2),
+            (0.0, -middle, across, width / 2),
+            (middle, 0.0, width / 2, along),
+            (-middle, 0.0, width / 2, along),
+        )
+
     @property
-    def least_frame(self) -> float:
-        """How wide a frame has to be to reach the tiles, which end along the axes; 0 round a straight pit."""
-        return 0.0 if self.is_straight else self.side / 2 * (self.spread**2 - 1) + _LAP
+    def reach(self) -> float:
+        """Distance of the outermost corner of its walls and its narrow frame from its centre, metres."""
+        walls = math.sqrt(2.0) * (self.side / 2 + WALL)
+        return max(
+            [walls, *(math.hypot(abs(u) + half_u, abs(v) + half_v) for u, v, half_u, half_v in self.frame(True))]
+        )
 
-    def square(self, margin: float = 0.0) -> _Square:
-        """Its centre, heading and half side, `margin` further out."""
-        return self.x, self.y, self.yaw, self.side / 2 + margin
+    def cut(self, narrow: bool = False) -> float:
+        """Half of what tiles leave free along the axes: the pit itself, or room between it and its frame's border."""
+        half = self.side / 2
+        if self.is_straight:
+            return half
+        _, middle, _, strip = self.frame(narrow)[0]
+        return (half * self.spread + (middle + strip) / self.spread) / 2
+
+    def rectangles(self, margin: float, narrow: bool = True) -> tuple[Rectangle, ...]:
+        """Its square with so much round it, and its frame."""
+        c, s, half = math.cos(self.yaw), math.sin(self.yaw), self.side / 2 + margin
+        strips = [
+            (self.x + c * u - s * v, self.y + s * u + c * v, self.yaw, half_u, half_v)
+            for u, v, half_u, half_v in self.frame(narrow)
+        ]
+        return ((self.x, self.y, self.yaw, half, half), *strips)
 
 
-def squares_apart(one: _Square, other: _Square) -> float:
-    """The widest gap between two squares that a straight line along a side of one leaves; negative if they overlap."""
+def _gap(one: Rectangle, other: Rectangle) -> float:
+    """The widest gap between two rectangles along a side of either, metres; negative if they overlap."""
     gaps = []
     for yaw in (one[2], one[2] + math.pi / 2, other[2], other[2] + math.pi / 2):
         c, s = math.cos(yaw), math.sin(yaw)
         away = abs(c * (other[0] - one[0]) + s * (other[1] - one[1]))
-        gaps.append(away - sum(half * _width(yaw - turned) for _, _, turned, half in (one, other)))
+        reaches = (
+            half_u * abs(math.cos(yaw - turned)) + half_v * abs(math.sin(yaw - turned))
+            for _, _, turned, half_u, half_v in (one, other)
+        )
+        gaps.append(away - sum(reaches))
     return max(gaps)
 
 
-def _width(angle: float) -> float:
-    return abs(math.cos(angle)) + abs(math.sin(angle))
-
-
 def closest(pits: Sequence[Pit]) -> tuple[int, int] | None:
-    """The first two pits that are too close: between them no wall or no frame fits."""
+    """Two pits that are too close, by index: between them no wall or no frame fits. None if all have room."""
     ordered = sorted(range(len(pits)), key=lambda i: pits[i].x)
     reach = 4.0 * max((pit.side for pit in pits), default=0.0)
     for n, i in enumerate(ordered):
         for j in ordered[n + 1 :]:
             if pits[j].x - pits[i].x > reach:
                 break
-            if _too_close(pits[i], pits[j]):
+            one, other = pits[i], pits[j]
+            if _covers(one, other, True) or _covers(other, one, True):
                 return min(i, j), max(i, j)
     return None
 
 
-def _too_close(one: Pit, other: Pit) -> bool:
-    if squares_apart(one.square(), other.square()) < WALL:
-        return True
-    return any(squares_apart(a.square(a.least_frame), b.square()) < 0.0 for a, b in ((one, other), (other, one)))
+def has_room(pit: Pit, others: Sequence[Pit]) -> bool:
+    """Whether the usual frame round a pit covers no other pit."""
+    near = 4.0 * max((pit.side, *(other.side for other in others), _FRAME))
+    return not any(
+        other is not pit
+        and abs(other.x - pit.x) < near
+        and abs(other.y - pit.y) < near
+        and _covers(pit, other, narrow=False)
+        for other in others
+    )
 
 
-def frame_width(pit: Pit, others: Sequence[Pit]) -> float:
-    """Width of a rotated pit's frame, metres: the usual one, or where that would cover another pit the least."""
-    near = 4.0 * max(pit.side, *(other.side for other in others), _FRAME) if others else 0.0
-    for other in others:
-        if other is pit or abs(other.x - pit.x) > near or abs(other.y - pit.y) > near:
-            continue
-        if squares_apart(pit.square(_FRAME), other.square()) < 0.0:
-            return pit.least_frame
-    return max(_FRAME, pit.least_frame)
+def _covers(pit: Pit, other: Pit, narrow: bool) -> bool:
+    """Whether a pit, its walls or its frame reach over another pit."""
+    hole = other.rectangles(0.0)[0]
+    return any(_gap(part, hole) < 0.0 for part in pit.rectangles(WALL, narrow))

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from colonysim.physics.pits import WALL, Pit, closest, frame_width
+from colonysim.physics.pits import WALL, Pit, closest, has_room
 from colonysim.physics.shapes import Slab
 
 __all__ = ["Ground", "Pit", "Ramp", "Terrain"]
@@ -108,43 +108,38 @@ class Terrain:
         heights += [h for ramp in self.ramps if (h := ramp.height(x, y)) is not None]
         return max(heights, default=-math.inf)
 
-    def carries(self, pit: Pit, frame: float) -> bool:
-        """Whether there is level ground for a pit's walls, and nothing lower where a frame round it would stand out.
+    def carries(self, pit: Pit, narrow: bool = True) -> bool:
+        """Whether there is level ground for a pit's walls, and nothing lower where its frame would stand out.
 
         Args:
             pit: The pit; it may be one of the terrain's or not.
-            frame: Width of the frame, metres.
+            narrow: Which frame.
         """
-        walls = pit.side / 2 + WALL
-        half = max(walls, pit.side / 2 + frame)
-        c, s = math.cos(pit.yaw), math.sin(pit.yaw)
-        parts = math.ceil(2 * half / _SAMPLED)
-        shares = [half * (2 * k / parts - 1) for k in range(parts + 1)]
-        for u in shares:
-            for v in shares:
-                x, y = pit.x + c * u - s * v, pit.y + s * u + c * v
-                here = self._top(x, y)
-                beyond = max(abs(u), abs(v)) > walls + 1e-9
-                if abs(here - pit.rim) >= _LEVEL and not (beyond and here == -math.inf):
-                    return False
-                if not beyond and any(ramp.height(x, y) is not None for ramp in self.ramps):
-                    return False
-        return True
+        walls, *strips = pit.rectangles(WALL, narrow)
+        if any(abs(self._top(x, y) - pit.rim) >= _LEVEL for x, y in _sampled(walls)):
+            return False
+        hole = pit.rectangles(0.0)[0]
+        if any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in _sampled(hole)):
+            return False
+        tops = (self._top(x, y) for strip in strips for x, y in _sampled(strip))
+        return all(top == -math.inf or abs(top - pit.rim) < _LEVEL for top in tops)
 
     def slabs(self) -> Iterator[Slab]:
         """The fixed boxes that make up the ground: tiles, frames and floors of pits, ramps."""
         thickness = max([_MIN_THICKNESS, *(pit.depth + 0.2 for pit in self.pits)])
-        frames = [
-            pit.least_frame if pit.is_straight or not self.carries(pit, usual := frame_width(pit, self.pits)) else usual
+        narrow = [
+            not pit.is_straight and not (has_room(pit, self.pits) and self.carries(pit, narrow=False))
             for pit in self.pits
         ]
         for ground in self.grounds:
             cuts = [
-                _cut(pit, frame) for pit, frame in zip(self.pits, frames, strict=True) if ground.z > pit.rim - pit.depth
+                _cut(pit, is_narrow)
+                for pit, is_narrow in zip(self.pits, narrow, strict=True)
+                if ground.z > pit.rim - pit.depth
             ]
             yield from _tiles(ground, cuts, thickness)
-        for pit, frame in zip(self.pits, frames, strict=True):
-            yield from _pit_slabs(pit, frame, thickness)
+        for pit, is_narrow in zip(self.pits, narrow, strict=True):
+            yield from _pit_slabs(pit, is_narrow, thickness)
         for ramp in self.ramps:
             yield from _ramp_slabs(ramp)
 
@@ -156,11 +151,21 @@ def _named(pit: Pit) -> str:
     return f"the pit at {pit.x:.2f}, {pit.y:.2f} m"
 
 
-def _cut(pit: Pit, frame: float) -> _Rectangle:
-    """What the ground's tiles leave free: the pit itself, or room between it and its frame's border."""
-    half = pit.side / 2
-    if not pit.is_straight:
-        half = (half * pit.spread + (half + frame) / pit.spread) / 2
+def _sampled(rectangle: tuple[float, float, float, float, float]) -> Iterator[tuple[float, float]]:
+    """Places all over a rectangle, up to its border."""
+    x, y, yaw, half_u, half_v = rectangle
+    half_u, half_v = half_u - 1e-6, half_v - 1e-6
+    c, s = math.cos(yaw), math.sin(yaw)
+    across, along = (math.ceil(2 * half / _SAMPLED) for half in (half_u, half_v))
+    for i in range(across + 1):
+        for j in range(along + 1):
+            u, v = half_u * (2 * i / across - 1), half_v * (2 * j / along - 1)
+            yield x + c * u - s * v, y + s * u + c * v
+
+
+def _cut(pit: Pit, narrow: bool) -> _Rectangle:
+    """What the ground's tiles leave free."""
+    half = pit.cut(narrow)
     return pit.x - half, pit.y - half, pit.x + half, pit.y + half
 
 
@@ -185,20 +190,12 @@ def _tile(xmin: float, ymin: float, xmax: float, ymax: float, top: float, thickn
     )
 
 
-def _pit_slabs(pit: Pit, frame: float, thickness: float) -> Iterator[Slab]:
+def _pit_slabs(pit: Pit, narrow: bool, thickness: float) -> Iterator[Slab]:
     half = pit.side / 2
     floor = pit.rim - pit.depth
     yield Slab((pit.x, pit.y, floor - 0.1), (half + 0.1, half + 0.1, 0.1), pit.yaw)
-    if pit.is_straight:
-        return
     c, s = math.cos(pit.yaw), math.sin(pit.yaw)
-    middle, strip = half + frame / 2, frame / 2
-    for u, v, half_u, half_v in (
-        (0.0, middle, half + frame, strip),
-        (0.0, -middle, half + frame, strip),
-        (middle, 0.0, strip, half),
-        (-middle, 0.0, strip, half),
-    ):
+    for u, v, half_u, half_v in pit.frame(narrow):
         yield Slab(
             (pit.x + c * u - s * v, pit.y + s * u + c * v, pit.rim - thickness / 2),
             (half_u, half_v, thickness / 2),

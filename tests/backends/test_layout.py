@@ -248,7 +248,9 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
             # The upper level leads across the lower one.
             lambda: place(
                 {
-                    "nodes": [[0, 0, 0, 1], [1, 4, 0, 1], [2, 6, 0, 1.5], [3, 6, 3, 1.5], [4, 2, 1.5, 1.5], [5, 2, -1, 1.5]],
+                    "nodes": [
+                        [0, 0, 0, 1], [1, 4, 0, 1], [2, 6, 0, 1.5], [3, 6, 3, 1.5], [4, 2, 1.5, 1.5], [5, 2, -1, 1.5],
+                    ],
                     "edges": [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]],
                     "slopes": [[1, 2]],
                     "agents": [0],
@@ -318,8 +320,8 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
         ),
     ],
     ids=[
-        "narrow pit", "close pits", "levels cross", "pit on no ground", "node on no ground", "step", "steep", "margin", "gap",
-        "hole without a pit",
+        "narrow pit", "close pits", "levels cross", "pit on no ground", "node on no ground", "step", "steep", "margin",
+        "gap", "hole without a pit",
     ],
 )  # fmt: skip
 def test_what_cannot_be_built_is_answered_with_its_place(scenario: Any, field: str, words: str) -> None:
