@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["check_given", "derived_terrain", "given_terrain"]
 
 _STEPS = 20
+"""An xy_scale is proposed in parts of 1 / 20."""
 _LARGEST = 4.0
 """No xy_scale is proposed that is more than so many times the present one."""
 
@@ -46,7 +47,7 @@ def derived_terrain(plan: Plan) -> Terrain:
         advice = f"no physics.xy_scale up to {_LARGEST * plan.scale:.2f} would do ({now}): move nodes apart, or give"
         advice += " physics.terrain"
     expected = ""
-    if found.needed:
+    if found.needed > 0.0:
         # Often less than what is surely enough will do.
         needed = min(found.needed, found.away * scale / plan.scale) if scale and found.away else found.needed
         expected = f", expected at least {needed:.2f} m"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from colonysim.geometry.plan import Trouble, edge_path, node_path
@@ -15,10 +16,13 @@ if TYPE_CHECKING:
 
     from colonysim.geometry.plan import Plan, Point
 
+__all__ = ["broken", "crowded_pits", "misplaced_pit", "narrow_margin"]
+
 Way = tuple[int, int]
 """An edge, or a node twice."""
 
-__all__ = ["broken", "crowded_pits", "misplaced_pit", "narrow_margin"]
+_FURTHEST = 50.0
+"""Holes that would have to be this many times as far apart lie on one place."""
 
 LEAST_MARGIN = 0.45
 """Robots plan no way nearer than .4 m to the ground's border."""
@@ -32,15 +36,11 @@ def crowded_pits(plan: Plan) -> Trouble | None:
     node_of = {n: node for node, n in plan.pit_at.items()}
     i, j = (node_of[n] for n in found)
     away, share = math.dist(plan.places[i], plan.places[j]), 1.0
-    while closest([plan.at_scale(plan.scale * share).pits[n] for n in found]):
-        share += 0.01
-    return Trouble(
-        f"holes.{found[1]}",
-        f"holes {plan.named(i)} and {plan.named(j)} are {away:.2f} m apart, with pits {plan.pits[found[0]].side:.2f} m"
-        " wide",
-        away,
-        share * away,
-    )
+    one, other = (plan.pits[n] for n in found)
+    while share < _FURTHEST and closest([replace(pit, x=share * pit.x, y=share * pit.y) for pit in (one, other)]):
+        share *= 1.001
+    told = f"holes {plan.named(i)} and {plan.named(j)} are {away:.2f} m apart, with pits {one.side:.2f} m wide"
+    return Trouble(f"holes.{found[1]}", told, away, share * away)
 
 
 def narrow_margin(plan: Plan) -> Trouble | None:
@@ -117,10 +117,9 @@ def _others(plan: Plan, own: Way) -> Iterator[Way]:
 
 
 def _half_width(plan: Plan, way: Way) -> float:
-    """How much ground to each side a way needs, metres; of a rotated pit, towards its frame's corners."""
+    """How much ground to each side a way needs, metres; of a hole, towards the corners of its pit's walls and frame."""
     if way[0] == way[1] and way[0] in plan.pit_at:
-        pit = plan.pits[plan.pit_at[way[0]]]
-        return pit.reach + CELL_CENTRE
+        return plan.pits[plan.pit_at[way[0]]].reach + CELL_CENTRE
     return ROOM if plan.level_of[way[0]] == plan.level_of[way[1]] else LEAST_HALF_WIDTH
 
 

@@ -149,4 +149,4 @@ def has_room(pit: Pit, others: Sequence[Pit]) -> bool:
 def _covers(pit: Pit, other: Pit, narrow: bool) -> bool:
     """Whether a pit, its walls or its frame reach over another pit."""
     hole = other.rectangles(0.0)[0]
-    return any(_gap(part, hole) < 0.0 for part in pit.rectangles(WALL, narrow))
+    return any(_gap(part, hole) < -1e-9 for part in pit.rectangles(WALL, narrow))

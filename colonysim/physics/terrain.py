@@ -87,9 +87,7 @@ class Terrain:
         for pit in self.pits:
             if not any(g.contains(pit.x, pit.y) and abs(g.z - pit.rim) < _LEVEL for g in self.grounds):
                 raise ValueError(f"no ground at the rim's height, {pit.rim:.2f} m, round {_named(pit)}")
-            half = pit.side / 2
-            corners = [(pit.x + u, pit.y + v) for u in (-half, 0.0, half) for v in (-half, 0.0, half)]
-            if any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in corners):
+            if self._is_under_ramp(pit):
                 raise ValueError(f"a ramp or its landing lies over {_named(pit)}")
         if crowded := closest(self.pits):
             one, other = (self.pits[i] for i in crowded)
@@ -118,11 +116,14 @@ class Terrain:
         walls, *strips = pit.rectangles(WALL, narrow)
         if any(abs(self._top(x, y) - pit.rim) >= _LEVEL for x, y in _sampled(walls)):
             return False
-        hole = pit.rectangles(0.0)[0]
-        if any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in _sampled(hole)):
+        if self._is_under_ramp(pit):
             return False
         tops = (self._top(x, y) for strip in strips for x, y in _sampled(strip))
         return all(top == -math.inf or abs(top - pit.rim) < _LEVEL for top in tops)
+
+    def _is_under_ramp(self, pit: Pit) -> bool:
+        hole = pit.rectangles(0.0)[0]
+        return any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in _sampled(hole))
 
     def slabs(self) -> Iterator[Slab]:
         """The fixed boxes that make up the ground: tiles, frames and floors of pits, ramps."""

@@ -5,19 +5,24 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from backends.level_maps import FOOT, face, level_map
 from backends.places import place
+from typer.testing import CliRunner
 
+from colonysim.cli import app
 from colonysim.errors import ScenarioError
 from colonysim.geometry.layout import Layout, lay_out
 from colonysim.geometry.ways import travelled
 from colonysim.physics import RobotSpec, Scene
 from colonysim.push import drive_to, everything_else, run_alone
 from colonysim.push.paths import FreeSpace, Point, Surroundings
-from colonysim.scenario.loading import scenario_from_document
+from colonysim.scenario.loading import load_scenario, scenario_from_document
 from colonysim.scenario.scenario import Scenario
 
 PLAIN, SLOW = range(20), range(200)
@@ -146,3 +151,69 @@ def test_the_lower_level_may_lie_along_the_foot_of_its_ramp() -> None:
 def test_a_map_of_one_level_has_one_rectangle() -> None:
     scenario = place({"topology": {"kind": "ring", "nodes": 9}, "agents": [0], "goal": 4})
     assert len(lay_out(scenario).terrain.grounds) == 1
+
+
+CROWDED = """\
+nodes:
+  - [0, 0, 0]
+  - [7, 1.5, 0]
+  - [9, 2.4, 0]
+  - [12, 4, 0]
+edges: [[0, 7], [7, 9], [9, 12]]
+holes:
+  - {node: 7, depth: 0.35}
+  - {node: 9, depth: 0.35}
+boxes: [[7, 0.35], [9, 0.35]]
+agents: [0]
+goal: 12
+physics:
+  xy_scale: 1.2
+"""
+TOLD = (
+    "crowded.yaml:9:5: holes.1: holes 7 and 9 are 1.08 m apart, with pits 1.20 m wide, expected at least 1.35 m;"
+    " physics.xy_scale: 1.5 would do (it is 1.2)"
+)
+
+
+def without_engines(directory: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The command line in a process that can import no rigid-body engine."""
+    code = (
+        "import sys; sys.modules.update(dict.fromkeys(('pybullet', 'mujoco')))\n"
+        f"from colonysim.cli import app; app({list(arguments)!r})"
+    )
+    return subprocess.run([sys.executable, "-c", code], cwd=directory, capture_output=True, text=True, check=False)
+
+
+def test_a_map_is_checked_where_no_engine_is_installed(tmp_path: Path) -> None:
+    (tmp_path / "crowded.yaml").write_text(CROWDED)
+    checked = without_engines(tmp_path, "validate", "crowded.yaml", "--backend", "bullet")
+    assert (checked.returncode, checked.stdout, checked.stderr) == (2, "", f"Error: {TOLD}\n")
+    (tmp_path / "roomy.yaml").write_text(CROWDED.replace("xy_scale: 1.2", "xy_scale: 1.5"))
+    checked = without_engines(tmp_path, "validate", "roomy.yaml", "hard", "--backend", "bullet")
+    assert (checked.returncode, checked.stderr) == (0, "")
+    assert checked.stdout.count("valid") == 5  # hard has three variants
+
+
+@pytest.mark.parametrize("out", [(), ("--out", "somewhere/run")])
+def test_nothing_is_written_for_a_place_that_cannot_be_built(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("crowded.yaml").write_text(CROWDED)
+    result = CliRunner().invoke(app, ["run", "crowded.yaml", "--backend", "bullet", *out])
+    assert (result.exit_code, result.stderr) == (2, f"Error: {TOLD}\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["crowded.yaml"]
+
+
+def test_messages_name_lines_of_nodes_and_edges(tmp_path: Path) -> None:
+    path = tmp_path / "across.yaml"
+    path.write_text(
+        "nodes:\n  - [1, 0, 0, 1]\n  - [2, 4, 0, 1]\n  - [3, 6, 0, 1.5]\n  - [4, 6, 3, 1.5]\n  - [5, 2, 0.5, 1.5]\n"
+        "edges:\n  - [1, 2]\n  - [2, 3]\n  - [3, 4]\n  - [4, 5]\nslopes: [[2, 3]]\nagents: [1]\ngoal: 5\n"
+    )
+    with pytest.raises(ScenarioError) as told:
+        lay_out(load_scenario(path))
+    assert str(told.value).endswith(
+        "across.yaml:6:5: nodes.4: node 5 (0.38 m high) and edge 1-2 (0.25 m high) are 0.80 m apart in the plane,"
+        " expected at least 1.00 m; physics.xy_scale: 2 would do (it is 1.6 by default)"
+    )
