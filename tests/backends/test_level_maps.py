@@ -15,6 +15,7 @@ from backends.level_maps import FOOT, face, level_map
 from backends.places import place
 from typer.testing import CliRunner
 
+from colonysim import simulate
 from colonysim.cli import app
 from colonysim.errors import ScenarioError
 from colonysim.geometry.layout import Layout, lay_out
@@ -217,3 +218,9 @@ def test_messages_name_lines_of_nodes_and_edges(tmp_path: Path) -> None:
         "across.yaml:6:5: nodes.4: node 5 (0.38 m high) and edge 1-2 (0.25 m high) are 0.80 m apart in the plane,"
         " expected at least 1.00 m; physics.xy_scale: 2 would do (it is 1.6 by default)"
     )
+
+
+def test_it_is_solved_on_bullet_with_default_settings() -> None:
+    events = list(simulate(place(FOOT), backend="bullet", seed=1, episodes=1))
+    assert [event.status for event in events if event.kind == "episode"] == ["goal"]
+    assert not [event for event in events if event.status == "failed"]
