@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from colonysim.geometry.plan import Plan, Point
     from colonysim.physics.pits import Rectangle
 
-__all__ = ["LEAST_HALF_WIDTH", "ROOM", "STEEPEST", "fitted_ramps", "steep"]
+__all__ = ["LEAST_HALF_WIDTH", "PAST", "ROOM", "STEEPEST", "fitted_ramps", "steep"]
 
 STEEPEST = 0.3
 """Most that a ramp rises in a metre: robots plan no way up .33, and scripted pushes still went up .315."""
@@ -26,7 +26,7 @@ ROOM = 0.55
 LEAST_HALF_WIDTH = 0.8
 _FLAT = 0.55
 """Where another edge leads past a ramp's end, the node gets this much level ground before the crease, metres."""
-_PAST = math.radians(115.0)
+PAST = math.radians(115.0)
 """An edge leads past a ramp if it turns off by less than this from the ramp's direction."""
 _SPACING = 0.2
 
@@ -63,7 +63,7 @@ def _fitted(plan: Plan, foot: int, top: int) -> Ramp:
     before, after = (share * flat for flat in flats)
     ramp = Ramp(x0 + before * c, y0 + before * s, z0, x1 - after * c, y1 - after * s, z1, plan.half_width)
     half = plan.half_width
-    for (x, y, yaw, half_u, half_v), height in _beside(plan, foot, top):
+    for (x, y, yaw, half_u, half_v), height in _beside(plan, foot, top, ramp.yaw):
         along, across = c * (x - ramp.x0) + s * (y - ramp.y0), abs(-s * (x - ramp.x0) + c * (y - ramp.y0))
         cd, sd = abs(math.cos(yaw - ramp.yaw)), abs(math.sin(yaw - ramp.yaw))
         reach, room = half_u * cd + half_v * sd, half_u * sd + half_v * cd
@@ -83,23 +83,23 @@ def _is_passed(plan: Plan, end: int, other: int) -> bool:
     for j in plan.scenario.topology.neighbours[end]:
         if plan.level_of[j] == plan.level_of[end]:
             turn = math.atan2(plan.places[j][1] - y, plan.places[j][0] - x) - ahead
-            if abs(math.remainder(turn, 2.0 * math.pi)) < _PAST:
+            if abs(math.remainder(turn, 2.0 * math.pi)) < PAST:
                 return True
     return False
 
 
-def _beside(plan: Plan, foot: int, top: int) -> Iterator[tuple[Rectangle, float]]:
-    """What a ramp has to leave free, and the height of each."""
+def _beside(plan: Plan, foot: int, top: int, yaw: float) -> Iterator[tuple[Rectangle, float]]:
+    """What a ramp of that heading has to leave free, and the height of each."""
     for i, j in plan.lanes:
         for x, y in _along(plan.places[i], plan.places[j]):
-            yield (x, y, 0.0, ROOM, ROOM), plan.heights[i]
+            yield (x, y, yaw, ROOM, ROOM), plan.heights[i]
     for node, (x, y) in enumerate(plan.places):
         if node not in (foot, top):
-            yield (x, y, 0.0, ROOM, ROOM), plan.heights[node]
+            yield (x, y, yaw, ROOM, ROOM), plan.heights[node]
     for i, j in plan.slopes:
         if (i, j) != (foot, top):
             for x, y in _along(plan.places[i], plan.places[j]):
-                yield (x, y, 0.0, LEAST_HALF_WIDTH, LEAST_HALF_WIDTH), (plan.heights[i] + plan.heights[j]) / 2
+                yield (x, y, yaw, LEAST_HALF_WIDTH, LEAST_HALF_WIDTH), (plan.heights[i] + plan.heights[j]) / 2
     for pit in plan.pits:
         # A landing may be no part of a pit's walls, at whatever height.
         for part in pit.rectangles(WALL):

@@ -30,7 +30,7 @@ _CELL = 0.2
 CELL_CENTRE = 0.15
 """No place of a cell is further from its centre, metres."""
 _MOST_CELLS = 2_000_000
-"""On larger places cells are larger."""
+"""On larger places cells are larger; narrow places between levels are then refused."""
 _LANE = 0.7
 """Ground within this of a node or an edge is its level's, metres: nobody else's may be there."""
 _EITHER = 0.5

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from colonysim.geometry.plan import Trouble, edge_path, node_path
-from colonysim.geometry.ramps import LEAST_HALF_WIDTH, ROOM
+from colonysim.geometry.ramps import LEAST_HALF_WIDTH, PAST, ROOM
 from colonysim.geometry.tiles import CELL_CENTRE
 from colonysim.physics.pits import closest
 
@@ -84,7 +84,7 @@ def _too_near(plan: Plan, own: Way, path: str) -> Trouble | None:
 
 
 def _turning_off(plan: Plan, own: Way) -> str:
-    """A slope from whose end an edge turns back beside it, in words; empty if there is none."""
+    """A slope past whose end an edge leads, and runs into the side of its ramp, in words; empty if there is none."""
     for slope in plan.slopes:
         shared = set(slope) & set(own)
         if len(shared) != 1 or own[0] == own[1]:
@@ -93,10 +93,10 @@ def _turning_off(plan: Plan, own: Way) -> str:
         ahead, aside = (next(node for node in way if node != end) for way in (slope, own))
         (x, y), (x0, y0), (x1, y1) = (plan.places[node] for node in (end, ahead, aside))
         turn = abs(math.remainder(math.atan2(y1 - y, x1 - x) - math.atan2(y0 - y, x0 - x), 2.0 * math.pi))
-        if turn < math.pi / 2:
+        if turn < PAST:
             return (
                 f"{_told(plan, own)} turns off {_told(plan, slope)} by {math.degrees(turn):.0f} degrees at node"
-                f" {plan.named(end)}, over the side of its ramp: expected about 90 degrees or more"
+                f" {plan.named(end)}, too close to the side of its ramp: expected a wider turn or a longer slope"
             )
     return ""
 

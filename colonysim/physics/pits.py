@@ -12,7 +12,6 @@ _FRAME = 0.7
 """Width of the strips round a rotated pit where there is room for them, metres."""
 _LAP = 0.02
 """A narrow frame still laps over the ground's tiles by this much, metres."""
-
 _OVERLAP = 0.03
 """The strips of a narrow frame are longer than the pit's sides by this much at each end, metres."""
 
