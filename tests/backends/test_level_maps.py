@@ -26,11 +26,12 @@ from colonysim.push.paths import FreeSpace, Point, Surroundings
 from colonysim.scenario.loading import load_scenario, scenario_from_document
 from colonysim.scenario.scenario import Scenario
 
-PLAIN, SLOW = range(20), range(200)
-DRIVEN = (3, 4, 11)
-"""Maps that robots drive over in the plain suite: 4 is turned, 11 has two ramps."""
-
-WHEELS = 0.35
+PLAIN, SLOW = (*range(20), 31, 72, 127), range(200)
+"""By seed; the last three of the plain suite's have too little room."""
+DRIVEN = (8, 9, 11)
+"""Maps that robots drive over in the plain suite: 9 is turned, 11 has two ramps."""
+WHEELS = 0.3
+"""The ground is looked at this far to both sides of a robot's way; its wheels touch it .25 m from its middle."""
 REFUSAL = re.compile(
     r"<document>: (holes|edges|nodes|slopes)\.\d+: .*\b(hole|holes|node|nodes|edge|slope) \d+.*; .*xy_scale"
 )
@@ -73,7 +74,7 @@ def check_surface(scenario: Scenario, layout: Layout) -> None:
             way = space.path(start, goal)
             assert way is not None, names
             bent = sum(math.dist(a, b) for a, b in itertools.pairwise([start, *way]))
-            assert bent <= 1.25 * math.dist(start, goal), names
+            assert bent <= 1.4 * math.dist(start, goal), names  # at most .8 m aside
             for line in swept([start, *way]):
                 before = None
                 for x, y in line:
