@@ -118,12 +118,13 @@ def steps(plan: Plan) -> Trouble | None:
                 continue
             z = [holes[node].rim if node in holes else scenario.topology.z[node] for node in (i, j)]
             if abs(z[0] - z[1]) < scenario.reach:
+                # A slope may not end at a hole.
+                sloped = "" if {i, j} & set(holes) else f"list [{plan.named(i)}, {plan.named(j)}] under slopes, "
                 return Trouble(
                     edge_path(scenario, i, j),
                     f"nodes {plan.named(i)} and {plan.named(j)} count as level (reach {scenario.reach:g}), and the step"
                     f" between them is {abs(plan.heights[i] - plan.heights[j]):.2f} m high, expected less than"
-                    f" {SAME_LEVEL:g} m for wheels: list [{plan.named(i)}, {plan.named(j)}] under slopes, give both"
-                    " nodes one z, or lower reach",
+                    f" {SAME_LEVEL:g} m for wheels: {sloped}give both nodes one height, or lower reach",
                 )
     return None
 
