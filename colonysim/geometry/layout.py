@@ -6,9 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.grounds import check_ways, terrain_of
+from colonysim.geometry.grounds import check_given, derived_terrain, given_terrain
 from colonysim.geometry.pits import heading, pits_for, pits_given, ways_to_holes
-from colonysim.geometry.scale import BOX_HEIGHT, BOX_LENGTH, MOST_WAYS, XY_SCALE, check_size
+from colonysim.geometry.plan import Plan
+from colonysim.geometry.scale import (
+    BOX_HEIGHT,
+    BOX_LENGTH,
+    MARGIN,
+    MOST_WAYS,
+    RAMP_HALF_WIDTH,
+    XY_SCALE,
+    check_size,
+)
 from colonysim.physics import BoxSpec, RobotSpec, Terrain
 
 if TYPE_CHECKING:
@@ -66,19 +75,22 @@ def lay_out(scenario: Scenario) -> Layout:
     check_size(scenario, places, heights, box_heights, z_scale)
     ways = ways_to_holes(scenario)
     pits, pit_at = pits_for(scenario, physics, places, heights, box_heights, ways, length, z_scale)
-    terrain = terrain_of(scenario, physics, scale, places, heights, pits)
     given = physics.get("terrain")
     if given:
+        terrain = given_terrain(scenario, given, pits)
         if given.get("pits"):
             pit_at = pits_given(scenario, places, terrain)
         heights = _heights_on(scenario, places, terrain, pit_at)
-    total = scale * topology.mean_length * topology.edge_count
-    if total * (len(terrain.grounds) + len(terrain.ramps)) > MOST_WAYS:
-        raise scenario.fault(
-            "physics", f"{total:.0f} m of edges over {len(terrain.grounds)} levels and {len(terrain.ramps)} ramps are"
-            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        _check_work(scenario, scale, len(terrain.grounds), len(terrain.ramps))
+        check_given(scenario, places, heights, terrain)
+    else:
+        margin, half_width = physics.get("margin"), float(physics.get("ramp_half_width") or RAMP_HALF_WIDTH)
+        plan = Plan(
+            scenario, scale, tuple(heights), tuple(pits), pit_at,
+            MARGIN if margin is None else float(margin), half_width,
         )  # fmt: skip
-    check_ways(scenario, places, heights, terrain)
+        _check_work(scenario, scale, len(plan.levels), len(plan.slopes))
+        terrain = derived_terrain(plan)
     return Layout(
         terrain,
         places,
@@ -100,6 +112,16 @@ def lay_out(scenario: Scenario) -> Layout:
         ),
         0.25 * scale * topology.mean_length,
     )  # fmt: skip
+
+
+def _check_work(scenario: Scenario, scale: float, levels: int, ramps: int) -> None:
+    """Every tenth of a metre of the edges is looked at on every level and ramp."""
+    total = scale * scenario.topology.mean_length * scenario.topology.edge_count
+    if total * (levels + ramps) > MOST_WAYS:
+        raise scenario.fault(
+            "physics", f"{total:.0f} m of edges over {levels} levels and {ramps} ramps are"
+            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        )  # fmt: skip
 
 
 def _heights_on(

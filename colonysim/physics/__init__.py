@@ -17,6 +17,7 @@ from colonysim.physics.engine import (
     engine_version,
     make_engine,
 )
+from colonysim.physics.pits import Pit
 from colonysim.physics.robot import (
     BUMPER,
     HALF_WIDTH,
@@ -28,7 +29,7 @@ from colonysim.physics.robot import (
 )
 from colonysim.physics.scene import TICK_SECONDS, Scene, ticks_to_close
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, wrap
-from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
+from colonysim.physics.terrain import Ground, Ramp, Terrain
 
 __all__ = [
     "BUMPER",
