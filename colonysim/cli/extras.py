@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
@@ -30,7 +30,7 @@ def need(package: str, extra: str, purpose: str) -> None:
         raise MissingExtraError(f"{purpose} needs {package}, which is not installed: pip install 'colonysim[{extra}]'")
 
 
-def need_engine(asked: EngineName | None) -> EngineName:
+def need_engine(asked: str | None) -> EngineName:
     """The rigid-body engine that is asked for, by default the first that is installed.
 
     Raises:
@@ -41,4 +41,4 @@ def need_engine(asked: EngineName | None) -> EngineName:
     name = asked or default_engine()
     if trouble := engine_trouble(name):
         raise MissingExtraError(trouble)
-    return name
+    return cast("EngineName", name)

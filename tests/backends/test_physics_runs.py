@@ -13,7 +13,7 @@ import pytest
 from backends.places import FORK, LANE, place, two_levels
 
 import colonysim
-from colonysim.backends.bullet import Bullet
+from colonysim.backends.physics import Physics
 from colonysim.backends.protocol import TraceRow
 from colonysim.simulation import simulate
 from colonysim.testing import check_backend
@@ -23,42 +23,42 @@ from colonysim.trace.schema import Event, Sink, Table
 SHORT = {"max_steps": 9}
 HASH = """
 import sys, colonysim
-run = colonysim.run("hard", backend="bullet", seed=int(sys.argv[1]), episodes=1, trace=False,
+run = colonysim.run("hard", backend=sys.argv[3], seed=int(sys.argv[1]), episodes=1, trace=False,
                     overrides={"max_steps": 9}, backend_options={"push": sys.argv[2]})
 print(run.trace_sha256)
 """
 
 
-def short_run(push: str, seed: int = 3) -> tuple[Run, list[Event]]:
+def short_run(engine: str, push: str, seed: int = 3) -> tuple[Run, list[Event]]:
     events: list[Event] = []
     run = colonysim.run(
-        "hard", backend="bullet", seed=seed, episodes=1, trace=False, overrides=SHORT,
+        "hard", backend=engine, seed=seed, episodes=1, trace=False, overrides=SHORT,
         backend_options={"push": push}, on_event=lambda event, _: events.append(event),
     )  # fmt: skip
     return run, events
 
 
 @pytest.mark.parametrize("push", ["scripted", "staged"])
-def test_the_same_seed_gives_the_same_trace(push: str) -> None:
-    one, events = short_run(push)
-    other, _ = short_run(push)
+def test_the_same_seed_gives_the_same_trace(engine: str, push: str) -> None:
+    one, events = short_run(engine, push)
+    other, _ = short_run(engine, push)
     assert any(event.action == "push" and event.status == "arrived" for event in events)
     assert one.trace_sha256 == other.trace_sha256
     told = subprocess.run(
-        [sys.executable, "-c", HASH, "3", push], capture_output=True, text=True, check=True, timeout=120
+        [sys.executable, "-c", HASH, "3", push, engine], capture_output=True, text=True, check=True, timeout=120
     )
     assert told.stdout.split()[-1] == one.trace_sha256
 
 
-def test_another_seed_gives_another_trace() -> None:
-    assert short_run("scripted", 3)[0].trace_sha256 != short_run("scripted", 4)[0].trace_sha256
+def test_another_seed_gives_another_trace(engine: str) -> None:
+    assert short_run(engine, "scripted", 3)[0].trace_sha256 != short_run(engine, "scripted", 4)[0].trace_sha256
 
 
-def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes() -> None:
+def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes(engine: str) -> None:
     handed_over: list[TraceRow] = []
     kept: list[str] = []
 
-    class Watched(Bullet):
+    class Watched(Physics):
         def rows(self) -> list[TraceRow]:
             rows = list(super().rows())
             handed_over.extend(rows)
@@ -69,7 +69,7 @@ def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes() -> None:
             kept.append(table)
 
     def events(sink: Sink | None) -> list[Event]:
-        backend = Watched(push="scripted")
+        backend = Watched(push="scripted", engine=engine)
         return list(simulate(place(LANE), backend=backend, episodes=1, seed=5, sink=sink))
 
     recorded = events(Keeper())
@@ -80,9 +80,9 @@ def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes() -> None:
     assert bare == recorded
 
 
-def test_an_episode_depends_on_nothing_before_it() -> None:
+def test_an_episode_depends_on_nothing_before_it(engine: str) -> None:
     scenario = place(LANE)
-    backend = Bullet(push="scripted")
+    backend = Physics(push="scripted", engine=engine)
     ends = []
     for _ in range(2):
         events = list(simulate(scenario, backend=backend, episodes=1, seed=5))
@@ -92,12 +92,12 @@ def test_an_episode_depends_on_nothing_before_it() -> None:
 
 
 @pytest.mark.parametrize(("push", "where", "steps"), [("staged", LANE, 6), ("scripted", FORK, 4)])
-def test_the_backend_keeps_its_promises(push: str, where: dict[str, Any], steps: int) -> None:
-    check_backend(lambda: Bullet(push=push), scenarios=[place(where, max_steps=steps)], episodes=2)
+def test_the_backend_keeps_its_promises(engine: str, push: str, where: dict[str, Any], steps: int) -> None:
+    check_backend(lambda: Physics(push=push, engine=engine), scenarios=[place(where, max_steps=steps)], episodes=2)
 
 
-def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(tmp_path: Path) -> None:
-    backend = Bullet(push="scripted")
+def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(engine: str, tmp_path: Path) -> None:
+    backend = Physics(push="scripted", engine=engine)
     told = 0
 
     def stop(event: Event, run: Run) -> None:
@@ -115,17 +115,18 @@ def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(tmp_path: Pa
 
 
 @pytest.mark.parametrize("turned", [math.pi / 2, 2.2])
-def test_a_box_goes_up_a_ramp_in_any_direction_and_fills_a_hole(turned: float) -> None:
+def test_a_box_goes_up_a_ramp_in_any_direction_and_fills_a_hole(engine: str, turned: float) -> None:
     climb = two_levels(turned, 3, 5)
     scenario = place(
         dict(climb.document), holes=[{"node": 6, "depth": 0.35}], detection_radius=30, max_steps=40, goal=7
     )
-    events = list(simulate(scenario, backend=Bullet(push="scripted"), episodes=1, seed=1))
+    events = list(simulate(scenario, backend=Physics(push="scripted", engine=engine), episodes=1, seed=1))
     assert events[-1].status == "goal"
     assert not [event for event in events if event.kind == "end" and event.status != "arrived"]
 
 
 def test_a_window_without_a_display_is_one_message_and_leaves_no_run(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet", reason="only Bullet has a window")
     # The engine ends the process, so it has to be one of its own.
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-m", "colonysim", "run", "sanity", "--backend", "bullet", "--gui", "-n", "1"]

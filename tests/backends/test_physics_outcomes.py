@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 from backends.places import FORK, LANE, place, started
 
-from colonysim.backends.bullet import Bullet
+from colonysim.backends.physics import Physics
 from colonysim.backends.protocol import Finished
 from colonysim.errors import ColonysimError
 from colonysim.physics import Scene
@@ -26,7 +26,7 @@ Mischief = Callable[[Scene], None]
 
 
 def act(
-    backend: Bullet, world: World, agent: int, intent: Intent, mischief: Mischief | None = None, after: float = 1.0
+    backend: Physics, world: World, agent: int, intent: Intent, mischief: Mischief | None = None, after: float = 1.0
 ) -> Outcome:
     """Carries out one intent and applies its outcome; something may happen to the bodies on the way."""
     assert world.reserve(agent, backend.footprint(agent, intent))
@@ -69,10 +69,10 @@ def no_number(scene: Scene) -> None:
     ids=["nan", "flipped", "in_pit", "fallen"],
 )
 @pytest.mark.parametrize("push", [False, True], ids=["travel", "push"])
-def test_a_robot_that_cannot_go_on_is_lost(mischief: Mischief, reason: str, push: bool) -> None:
+def test_a_robot_that_cannot_go_on_is_lost(mischief: Mischief, reason: str, push: bool, engine: str) -> None:
     # The pit of LANE is at 2 * 1.2 graph units of 1.6 m; two agents, so that one is left.
     scenario = place(LANE, agents=[0, 4], goal=3)
-    backend, world = started(scenario)
+    backend, world = started(scenario, engine=engine)
     try:
         if push:
             assert act(backend, world, 0, Push(0, 1, 0)).status == "arrived"
@@ -87,8 +87,8 @@ def test_a_robot_that_cannot_go_on_is_lost(mischief: Mischief, reason: str, push
         backend.close()
 
 
-def test_a_lost_robot_does_not_act_again() -> None:
-    backend, world = started(place(LANE, agents=[0, 4], goal=3))
+def test_a_lost_robot_does_not_act_again(engine: str) -> None:
+    backend, world = started(place(LANE, agents=[0, 4], goal=3), engine=engine)
     try:
         outcome = act(backend, world, 0, Push(0, 1, 0), no_number, after=0.3)
         assert outcome.lost
@@ -106,9 +106,9 @@ def test_a_lost_robot_does_not_act_again() -> None:
 # -- boxes that are not where they belong ------------------------------------------------------------------------------
 
 
-def test_a_box_knocked_off_its_way_is_stray_and_another_robot_recovers_it() -> None:
+def test_a_box_knocked_off_its_way_is_stray_and_another_robot_recovers_it(engine: str) -> None:
     scenario = place(FORK, nodes=[[0, 0, 0], [1, 1.4, 0], [2, 2.8, 0], [3, 1.4, 1.4], [4, 1.4, -1.4], [5, 0, 1.4]])
-    backend, world = started(scenario)
+    backend, world = started(scenario, engine=engine)
     try:
         assert act(backend, world, 0, Push(0, 1, -1)).status == "arrived"
         # Aside and further off than a quarter of an edge, while nobody holds it; the robot gives up and goes away.
@@ -129,8 +129,8 @@ def test_a_box_knocked_off_its_way_is_stray_and_another_robot_recovers_it() -> N
         backend.close()
 
 
-def test_a_push_that_fails_says_where_the_box_is() -> None:
-    backend, world = started(place(LANE))
+def test_a_push_that_fails_says_where_the_box_is(engine: str) -> None:
+    backend, world = started(place(LANE), engine=engine)
     try:
         act(backend, world, 0, Push(0, 1, 0))
 
@@ -148,8 +148,8 @@ def test_a_push_that_fails_says_where_the_box_is() -> None:
 
 
 @pytest.mark.parametrize("push", ["scripted", "staged"])
-def test_a_wedged_box_ends_the_push_with_a_reason(push: str) -> None:
-    backend, world = started(place(LANE), push)
+def test_a_wedged_box_ends_the_push_with_a_reason(push: str, engine: str) -> None:
+    backend, world = started(place(LANE), push, engine=engine)
     try:
         act(backend, world, 0, Push(0, 1, 0))
 
@@ -169,8 +169,8 @@ def test_a_wedged_box_ends_the_push_with_a_reason(push: str) -> None:
         backend.close()
 
 
-def test_a_box_without_a_pose_is_stray_and_nothing_hangs() -> None:
-    backend, world = started(place(LANE))
+def test_a_box_without_a_pose_is_stray_and_nothing_hangs(engine: str) -> None:
+    backend, world = started(place(LANE), engine=engine)
     try:
         act(backend, world, 0, Push(0, 1, 0))
         outcome = act(backend, world, 0, Push(0, 2, 0), lambda scene: scene.place_box(0, math.nan, 0, 0, 0), after=2.0)
@@ -184,8 +184,8 @@ def test_a_box_without_a_pose_is_stray_and_nothing_hangs() -> None:
 # -- what the protocol promises ----------------------------------------------------------------------------------------
 
 
-def test_a_push_into_a_pit_leaves_the_robot_behind_and_opens_the_way() -> None:
-    backend, world = started(place(LANE))
+def test_a_push_into_a_pit_leaves_the_robot_behind_and_opens_the_way(engine: str) -> None:
+    backend, world = started(place(LANE), engine=engine)
     try:
         assert act(backend, world, 0, Push(0, 1, 0)).status == "arrived"
         outcome = act(backend, world, 0, Push(0, 2, 0))
@@ -203,8 +203,8 @@ def test_a_push_into_a_pit_leaves_the_robot_behind_and_opens_the_way() -> None:
 @pytest.mark.parametrize(
     "intent", [Travel(2), Travel(99), Travel(-1), Push(0, 2, 0), Push(0, 3, 0), Push(0, 0, 0), Wait()]
 )
-def test_what_cannot_be_done_is_refused_at_once(intent: Intent) -> None:
-    backend, world = started(place(LANE))
+def test_what_cannot_be_done_is_refused_at_once(intent: Intent, engine: str) -> None:
+    backend, world = started(place(LANE), engine=engine)
     try:
         done = backend.start(0, intent, 0.0)
         assert done is not None
@@ -219,8 +219,8 @@ def test_what_cannot_be_done_is_refused_at_once(intent: Intent) -> None:
         backend.close()
 
 
-def test_a_cancelled_action_stops_and_never_reports() -> None:
-    backend, world = started(place(FORK, boxes=[], agents=[0, 5]))
+def test_a_cancelled_action_stops_and_never_reports(engine: str) -> None:
+    backend, world = started(place(FORK, boxes=[], agents=[0, 5]), engine=engine)
     try:
         assert backend.start(0, Travel(1), 0.0) is None
         for tick in range(60):
@@ -237,8 +237,8 @@ def test_a_cancelled_action_stops_and_never_reports() -> None:
         backend.close()
 
 
-def test_closing_twice_is_allowed_and_a_closed_backend_says_so() -> None:
-    backend, _ = started(place(LANE))
+def test_closing_twice_is_allowed_and_a_closed_backend_says_so(engine: str) -> None:
+    backend, _ = started(place(LANE), engine=engine)
     assert backend.start(0, Push(0, 1, 0), 0.0) is None
     backend.close()
     backend.close()
@@ -246,8 +246,8 @@ def test_closing_twice_is_allowed_and_a_closed_backend_says_so() -> None:
         backend.advance(0.0)
 
 
-def test_poses_of_movers_come_ten_times_a_second() -> None:
-    backend, world = started(place(FORK, boxes=[]))
+def test_poses_of_movers_come_ten_times_a_second(engine: str) -> None:
+    backend, world = started(place(FORK, boxes=[]), engine=engine)
     try:
         first = list(backend.rows())
         assert sorted((row.row[1], row.row[2]) for row in first) == [("agent", 0), ("agent", 1)]
@@ -260,8 +260,8 @@ def test_poses_of_movers_come_ten_times_a_second() -> None:
         backend.close()
 
 
-def test_with_staged_every_control_between_handover_and_back_off_is_the_networks() -> None:
-    backend, world = started(place(LANE), "staged")
+def test_with_staged_every_control_between_handover_and_back_off_is_the_networks(engine: str) -> None:
+    backend, world = started(place(LANE), "staged", engine=engine)
     try:
         act(backend, world, 0, Push(0, 1, 0))
         list(backend.rows())
@@ -281,13 +281,13 @@ def test_with_staged_every_control_between_handover_and_back_off_is_the_networks
 
 def test_no_such_executor_and_no_such_model() -> None:
     with pytest.raises(ColonysimError, match="staged"):
-        Bullet(push="stage")
+        Physics(push="stage")
     with pytest.raises(ColonysimError):
-        Bullet(model="/no/such/card.json")
+        Physics(model="/no/such/card.json")
 
 
-def test_reset_starts_anew() -> None:
-    backend, world = started(place(LANE))
+def test_reset_starts_anew(engine: str) -> None:
+    backend, world = started(place(LANE), engine=engine)
     try:
         before = [backend._open().robot(0), backend._open().box(0)]
         act(backend, world, 0, Push(0, 1, 0))
@@ -299,8 +299,8 @@ def test_reset_starts_anew() -> None:
         backend.close()
 
 
-def test_a_robot_whose_way_stays_shut_gives_up() -> None:
-    backend, _ = started(place(FORK, boxes=[]))
+def test_a_robot_whose_way_stays_shut_gives_up(engine: str) -> None:
+    backend, _ = started(place(FORK, boxes=[]), engine=engine)
     try:
         scene = backend._open()
         x, y = backend._layout.places[1]
@@ -317,14 +317,15 @@ def test_a_robot_whose_way_stays_shut_gives_up() -> None:
         backend.close()
 
 
-def test_a_standstill_ends_the_episode() -> None:
-    class Still(Bullet):
+def test_a_standstill_ends_the_episode(engine: str) -> None:
+    class Still(Physics):
         """Its robots never start: their time does not pass."""
 
         def advance(self, now):  # type: ignore[no-untyped-def]
             return ()
 
-    scenario, body = place({**LANE, "holes": [], "boxes": [], "stall_seconds": 20}), Still(push="scripted")
+    scenario = place({**LANE, "holes": [], "boxes": [], "stall_seconds": 20})
+    body = Still(push="scripted", engine=engine)
     events = list(simulate(scenario, backend=body, episodes=1, seed=1))
     assert events[-1].status == "deadlock"
     # What is under way is no stall; but nobody waits longer than for a hundred edges.
