@@ -15,18 +15,19 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 
 
 @pytest.fixture(params=ENGINES)
-def engine(request: pytest.FixtureRequest) -> str:
-    """Each rigid-body engine in turn, for what has to hold on all of them."""
-    return _installed(request.param)
+def engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Each engine that is installed, in turn the one that is taken where none is named."""
+    name: str = request.param
+    if trouble := engine_trouble(name):
+        pytest.skip(trouble)
+    monkeypatch.setattr("colonysim.physics.engine.ENGINES", (name,))
+    return name
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def some_engine() -> str:
-    """The rigid-body engine that is used where none is named, for what does not depend on it."""
-    return _installed(default_engine())
-
-
-def _installed(name: str) -> str:
+    """The engine that is taken where none is named, for what needs one and does not depend on which."""
+    name = default_engine()
     if trouble := engine_trouble(name):
         pytest.skip(trouble)
     return name

@@ -61,10 +61,8 @@ def two_levels(direction: float, lower: int = 3, upper: int = 3) -> Scenario:
     )  # fmt: skip
 
 
-def started(
-    scenario: Scenario, push: str = "scripted", seed: int = 0, engine: str | None = None
-) -> tuple[Physics, World]:
-    """A backend that has begun an episode, on the first engine that is installed unless one is named."""
-    backend, world = Physics(push=push, engine=engine), World(scenario)
+def started(scenario: Scenario, push: str = "scripted", seed: int = 0) -> tuple[Physics, World]:
+    """A backend that has begun an episode."""
+    backend, world = Physics(push=push), World(scenario)
     backend.reset(world, Streams(seed))
     return backend, world

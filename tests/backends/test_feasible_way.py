@@ -13,6 +13,8 @@ from colonysim.randomness import Streams
 from colonysim.scenario.scenario import Scenario
 from colonysim.world.state import World
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 CORNER = LANE | {
     "name": "corner",
     "nodes": [[0, 0, 0], [1, 1.5, 0], [2, 3, 0], [3, 3, 1.5], [4, 3, 3]],

@@ -18,6 +18,8 @@ from colonysim.push.task import PushTask
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 SHIPPED = ("easy", "medium", "hard", "sanity", "junction", "deadlock")
 
 NEEDED = {

@@ -19,6 +19,8 @@ from colonysim.simulation import simulate
 from colonysim.world.intents import BoxPlace, Intent, Outcome, Push, Travel, Wait
 from colonysim.world.state import World
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 LONGEST = 200.0
 """No action takes longer than this, simulated seconds."""
 
@@ -69,10 +71,10 @@ def no_number(scene: Scene) -> None:
     ids=["nan", "flipped", "in_pit", "fallen"],
 )
 @pytest.mark.parametrize("push", [False, True], ids=["travel", "push"])
-def test_a_robot_that_cannot_go_on_is_lost(mischief: Mischief, reason: str, push: bool, engine: str) -> None:
+def test_a_robot_that_cannot_go_on_is_lost(mischief: Mischief, reason: str, push: bool) -> None:
     # The pit of LANE is at 2 * 1.2 graph units of 1.6 m; two agents, so that one is left.
     scenario = place(LANE, agents=[0, 4], goal=3)
-    backend, world = started(scenario, engine=engine)
+    backend, world = started(scenario)
     try:
         if push:
             assert act(backend, world, 0, Push(0, 1, 0)).status == "arrived"
@@ -87,8 +89,8 @@ def test_a_robot_that_cannot_go_on_is_lost(mischief: Mischief, reason: str, push
         backend.close()
 
 
-def test_a_lost_robot_does_not_act_again(engine: str) -> None:
-    backend, world = started(place(LANE, agents=[0, 4], goal=3), engine=engine)
+def test_a_lost_robot_does_not_act_again() -> None:
+    backend, world = started(place(LANE, agents=[0, 4], goal=3))
     try:
         outcome = act(backend, world, 0, Push(0, 1, 0), no_number, after=0.3)
         assert outcome.lost
@@ -106,9 +108,9 @@ def test_a_lost_robot_does_not_act_again(engine: str) -> None:
 # -- boxes that are not where they belong ------------------------------------------------------------------------------
 
 
-def test_a_box_knocked_off_its_way_is_stray_and_another_robot_recovers_it(engine: str) -> None:
+def test_a_box_knocked_off_its_way_is_stray_and_another_robot_recovers_it() -> None:
     scenario = place(FORK, nodes=[[0, 0, 0], [1, 1.4, 0], [2, 2.8, 0], [3, 1.4, 1.4], [4, 1.4, -1.4], [5, 0, 1.4]])
-    backend, world = started(scenario, engine=engine)
+    backend, world = started(scenario)
     try:
         assert act(backend, world, 0, Push(0, 1, -1)).status == "arrived"
         # Aside and further off than a quarter of an edge, while nobody holds it; the robot gives up and goes away.
@@ -129,8 +131,8 @@ def test_a_box_knocked_off_its_way_is_stray_and_another_robot_recovers_it(engine
         backend.close()
 
 
-def test_a_push_that_fails_says_where_the_box_is(engine: str) -> None:
-    backend, world = started(place(LANE), engine=engine)
+def test_a_push_that_fails_says_where_the_box_is() -> None:
+    backend, world = started(place(LANE))
     try:
         act(backend, world, 0, Push(0, 1, 0))
 
@@ -148,8 +150,8 @@ def test_a_push_that_fails_says_where_the_box_is(engine: str) -> None:
 
 
 @pytest.mark.parametrize("push", ["scripted", "staged"])
-def test_a_wedged_box_ends_the_push_with_a_reason(push: str, engine: str) -> None:
-    backend, world = started(place(LANE), push, engine=engine)
+def test_a_wedged_box_ends_the_push_with_a_reason(push: str) -> None:
+    backend, world = started(place(LANE), push)
     try:
         act(backend, world, 0, Push(0, 1, 0))
 
@@ -169,8 +171,8 @@ def test_a_wedged_box_ends_the_push_with_a_reason(push: str, engine: str) -> Non
         backend.close()
 
 
-def test_a_box_without_a_pose_is_stray_and_nothing_hangs(engine: str) -> None:
-    backend, world = started(place(LANE), engine=engine)
+def test_a_box_without_a_pose_is_stray_and_nothing_hangs() -> None:
+    backend, world = started(place(LANE))
     try:
         act(backend, world, 0, Push(0, 1, 0))
         outcome = act(backend, world, 0, Push(0, 2, 0), lambda scene: scene.place_box(0, math.nan, 0, 0, 0), after=2.0)
@@ -184,8 +186,8 @@ def test_a_box_without_a_pose_is_stray_and_nothing_hangs(engine: str) -> None:
 # -- what the protocol promises ----------------------------------------------------------------------------------------
 
 
-def test_a_push_into_a_pit_leaves_the_robot_behind_and_opens_the_way(engine: str) -> None:
-    backend, world = started(place(LANE), engine=engine)
+def test_a_push_into_a_pit_leaves_the_robot_behind_and_opens_the_way() -> None:
+    backend, world = started(place(LANE))
     try:
         assert act(backend, world, 0, Push(0, 1, 0)).status == "arrived"
         outcome = act(backend, world, 0, Push(0, 2, 0))
@@ -203,8 +205,8 @@ def test_a_push_into_a_pit_leaves_the_robot_behind_and_opens_the_way(engine: str
 @pytest.mark.parametrize(
     "intent", [Travel(2), Travel(99), Travel(-1), Push(0, 2, 0), Push(0, 3, 0), Push(0, 0, 0), Wait()]
 )
-def test_what_cannot_be_done_is_refused_at_once(intent: Intent, engine: str) -> None:
-    backend, world = started(place(LANE), engine=engine)
+def test_what_cannot_be_done_is_refused_at_once(intent: Intent) -> None:
+    backend, world = started(place(LANE))
     try:
         done = backend.start(0, intent, 0.0)
         assert done is not None
@@ -219,8 +221,8 @@ def test_what_cannot_be_done_is_refused_at_once(intent: Intent, engine: str) -> 
         backend.close()
 
 
-def test_a_cancelled_action_stops_and_never_reports(engine: str) -> None:
-    backend, world = started(place(FORK, boxes=[], agents=[0, 5]), engine=engine)
+def test_a_cancelled_action_stops_and_never_reports() -> None:
+    backend, world = started(place(FORK, boxes=[], agents=[0, 5]))
     try:
         assert backend.start(0, Travel(1), 0.0) is None
         for tick in range(60):
@@ -237,8 +239,8 @@ def test_a_cancelled_action_stops_and_never_reports(engine: str) -> None:
         backend.close()
 
 
-def test_closing_twice_is_allowed_and_a_closed_backend_says_so(engine: str) -> None:
-    backend, _ = started(place(LANE), engine=engine)
+def test_closing_twice_is_allowed_and_a_closed_backend_says_so() -> None:
+    backend, _ = started(place(LANE))
     assert backend.start(0, Push(0, 1, 0), 0.0) is None
     backend.close()
     backend.close()
@@ -246,8 +248,8 @@ def test_closing_twice_is_allowed_and_a_closed_backend_says_so(engine: str) -> N
         backend.advance(0.0)
 
 
-def test_poses_of_movers_come_ten_times_a_second(engine: str) -> None:
-    backend, world = started(place(FORK, boxes=[]), engine=engine)
+def test_poses_of_movers_come_ten_times_a_second() -> None:
+    backend, world = started(place(FORK, boxes=[]))
     try:
         first = list(backend.rows())
         assert sorted((row.row[1], row.row[2]) for row in first) == [("agent", 0), ("agent", 1)]
@@ -260,8 +262,8 @@ def test_poses_of_movers_come_ten_times_a_second(engine: str) -> None:
         backend.close()
 
 
-def test_with_staged_every_control_between_handover_and_back_off_is_the_networks(engine: str) -> None:
-    backend, world = started(place(LANE), "staged", engine=engine)
+def test_with_staged_every_control_between_handover_and_back_off_is_the_networks() -> None:
+    backend, world = started(place(LANE), "staged")
     try:
         act(backend, world, 0, Push(0, 1, 0))
         list(backend.rows())
@@ -286,8 +288,8 @@ def test_no_such_executor_and_no_such_model() -> None:
         Physics(model="/no/such/card.json")
 
 
-def test_reset_starts_anew(engine: str) -> None:
-    backend, world = started(place(LANE), engine=engine)
+def test_reset_starts_anew() -> None:
+    backend, world = started(place(LANE))
     try:
         before = [backend._open().robot(0), backend._open().box(0)]
         act(backend, world, 0, Push(0, 1, 0))
@@ -299,8 +301,8 @@ def test_reset_starts_anew(engine: str) -> None:
         backend.close()
 
 
-def test_a_robot_whose_way_stays_shut_gives_up(engine: str) -> None:
-    backend, _ = started(place(FORK, boxes=[]), engine=engine)
+def test_a_robot_whose_way_stays_shut_gives_up() -> None:
+    backend, _ = started(place(FORK, boxes=[]))
     try:
         scene = backend._open()
         x, y = backend._layout.places[1]
@@ -317,15 +319,14 @@ def test_a_robot_whose_way_stays_shut_gives_up(engine: str) -> None:
         backend.close()
 
 
-def test_a_standstill_ends_the_episode(engine: str) -> None:
+def test_a_standstill_ends_the_episode() -> None:
     class Still(Physics):
         """Its robots never start: their time does not pass."""
 
         def advance(self, now):  # type: ignore[no-untyped-def]
             return ()
 
-    scenario = place({**LANE, "holes": [], "boxes": [], "stall_seconds": 20})
-    body = Still(push="scripted", engine=engine)
+    scenario, body = place({**LANE, "holes": [], "boxes": [], "stall_seconds": 20}), Still(push="scripted")
     events = list(simulate(scenario, backend=body, episodes=1, seed=1))
     assert events[-1].status == "deadlock"
     # What is under way is no stall; but nobody waits longer than for a hundred edges.

@@ -20,6 +20,8 @@ from colonysim.testing import check_backend
 from colonysim.trace.reader import Run
 from colonysim.trace.schema import Event, Sink, Table
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 SHORT = {"max_steps": 9}
 HASH = """
 import sys, colonysim
@@ -29,10 +31,10 @@ print(run.trace_sha256)
 """
 
 
-def short_run(engine: str, push: str, seed: int = 3) -> tuple[Run, list[Event]]:
+def short_run(push: str, seed: int = 3) -> tuple[Run, list[Event]]:
     events: list[Event] = []
     run = colonysim.run(
-        "hard", backend=engine, seed=seed, episodes=1, trace=False, overrides=SHORT,
+        "hard", backend="physics", seed=seed, episodes=1, trace=False, overrides=SHORT,
         backend_options={"push": push}, on_event=lambda event, _: events.append(event),
     )  # fmt: skip
     return run, events
@@ -40,8 +42,8 @@ def short_run(engine: str, push: str, seed: int = 3) -> tuple[Run, list[Event]]:
 
 @pytest.mark.parametrize("push", ["scripted", "staged"])
 def test_the_same_seed_gives_the_same_trace(engine: str, push: str) -> None:
-    one, events = short_run(engine, push)
-    other, _ = short_run(engine, push)
+    one, events = short_run(push)
+    other, _ = short_run(push)
     assert any(event.action == "push" and event.status == "arrived" for event in events)
     assert one.trace_sha256 == other.trace_sha256
     told = subprocess.run(
@@ -50,11 +52,11 @@ def test_the_same_seed_gives_the_same_trace(engine: str, push: str) -> None:
     assert told.stdout.split()[-1] == one.trace_sha256
 
 
-def test_another_seed_gives_another_trace(engine: str) -> None:
-    assert short_run(engine, "scripted", 3)[0].trace_sha256 != short_run(engine, "scripted", 4)[0].trace_sha256
+def test_another_seed_gives_another_trace() -> None:
+    assert short_run("scripted", 3)[0].trace_sha256 != short_run("scripted", 4)[0].trace_sha256
 
 
-def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes(engine: str) -> None:
+def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes() -> None:
     handed_over: list[TraceRow] = []
     kept: list[str] = []
 
@@ -69,7 +71,7 @@ def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes(engine: str)
             kept.append(table)
 
     def events(sink: Sink | None) -> list[Event]:
-        backend = Watched(push="scripted", engine=engine)
+        backend = Watched(push="scripted")
         return list(simulate(place(LANE), backend=backend, episodes=1, seed=5, sink=sink))
 
     recorded = events(Keeper())
@@ -80,9 +82,9 @@ def test_what_nobody_keeps_is_not_recorded_and_nothing_else_changes(engine: str)
     assert bare == recorded
 
 
-def test_an_episode_depends_on_nothing_before_it(engine: str) -> None:
+def test_an_episode_depends_on_nothing_before_it() -> None:
     scenario = place(LANE)
-    backend = Physics(push="scripted", engine=engine)
+    backend = Physics(push="scripted")
     ends = []
     for _ in range(2):
         events = list(simulate(scenario, backend=backend, episodes=1, seed=5))
@@ -92,12 +94,12 @@ def test_an_episode_depends_on_nothing_before_it(engine: str) -> None:
 
 
 @pytest.mark.parametrize(("push", "where", "steps"), [("staged", LANE, 6), ("scripted", FORK, 4)])
-def test_the_backend_keeps_its_promises(engine: str, push: str, where: dict[str, Any], steps: int) -> None:
-    check_backend(lambda: Physics(push=push, engine=engine), scenarios=[place(where, max_steps=steps)], episodes=2)
+def test_the_backend_keeps_its_promises(push: str, where: dict[str, Any], steps: int) -> None:
+    check_backend(lambda: Physics(push=push), scenarios=[place(where, max_steps=steps)], episodes=2)
 
 
-def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(engine: str, tmp_path: Path) -> None:
-    backend = Physics(push="scripted", engine=engine)
+def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(tmp_path: Path) -> None:
+    backend = Physics(push="scripted")
     told = 0
 
     def stop(event: Event, run: Run) -> None:
@@ -115,18 +117,19 @@ def test_a_run_that_is_interrupted_is_readable_and_frees_the_engine(engine: str,
 
 
 @pytest.mark.parametrize("turned", [math.pi / 2, 2.2])
-def test_a_box_goes_up_a_ramp_in_any_direction_and_fills_a_hole(engine: str, turned: float) -> None:
+def test_a_box_goes_up_a_ramp_in_any_direction_and_fills_a_hole(turned: float) -> None:
     climb = two_levels(turned, 3, 5)
     scenario = place(
         dict(climb.document), holes=[{"node": 6, "depth": 0.35}], detection_radius=30, max_steps=40, goal=7
     )
-    events = list(simulate(scenario, backend=Physics(push="scripted", engine=engine), episodes=1, seed=1))
+    events = list(simulate(scenario, backend=Physics(push="scripted"), episodes=1, seed=1))
     assert events[-1].status == "goal"
     assert not [event for event in events if event.kind == "end" and event.status != "arrived"]
 
 
-def test_a_window_without_a_display_is_one_message_and_leaves_no_run(tmp_path: Path) -> None:
-    pytest.importorskip("pybullet", reason="only Bullet has a window")
+def test_a_window_without_a_display_is_one_message_and_leaves_no_run(engine: str, tmp_path: Path) -> None:
+    if engine != "bullet":
+        pytest.skip("only Bullet has a window")
     # The engine ends the process, so it has to be one of its own.
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-m", "colonysim", "run", "sanity", "--backend", "bullet", "--gui", "-n", "1"]
