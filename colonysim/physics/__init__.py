@@ -17,27 +17,17 @@ from colonysim.physics.engine import (
     engine_version,
     make_engine,
 )
-from colonysim.physics.robot import (
-    BUMPER,
-    HALF_WIDTH,
-    MAX_WHEEL_SPEED,
-    TRACK,
-    WHEEL_RADIUS,
-    WheelSpeeds,
-    wheel_speeds,
-)
+from colonysim.physics.robot import HALF, STANDARD, Robot
 from colonysim.physics.scene import TICK_SECONDS, Scene, ticks_to_close
-from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, wrap
+from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, Slab, wrap
 from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
+from colonysim.physics.traction import WheelSpeeds, wheel_speeds
 
 __all__ = [
-    "BUMPER",
     "ENGINES",
-    "HALF_WIDTH",
-    "MAX_WHEEL_SPEED",
+    "HALF",
+    "STANDARD",
     "TICK_SECONDS",
-    "TRACK",
-    "WHEEL_RADIUS",
     "BoxSpec",
     "Engine",
     "EngineFacts",
@@ -47,8 +37,10 @@ __all__ = [
     "Pit",
     "Pose",
     "Ramp",
+    "Robot",
     "RobotSpec",
     "Scene",
+    "Slab",
     "Terrain",
     "WheelSpeeds",
     "default_engine",
