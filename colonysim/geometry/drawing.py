@@ -54,10 +54,6 @@ def draw(scenario: Scenario) -> Drawing:
     """
     layout = lay_out(scenario)
     terrain, unit = layout.terrain, layout.robot.scale
-    slabs = tuple(
-        replace(slab, centre=tuple(unit * x for x in slab.centre), half=tuple(unit * x for x in slab.half))
-        for slab in terrain.slabs()
-    )
     return Drawing(
         tuple((unit * x, unit * y) for x, y in layout.places),
         tuple(unit * z for z in layout.heights),
@@ -65,10 +61,15 @@ def draw(scenario: Scenario) -> Drawing:
         tuple(_times(unit, ground) for ground in terrain.grounds),
         tuple(_times(unit, ramp) for ramp in terrain.ramps),
         tuple(_times(unit, pit) for pit in terrain.pits),
-        slabs,
+        tuple(_slab(unit, slab) for slab in terrain.slabs()),
         tuple(_times(unit, box) for box in layout.boxes),
         layout.robot,
     )
+
+
+def _slab(unit: float, slab: Slab) -> Slab:
+    (x, y, z), (a, b, c) = slab.centre, slab.half
+    return replace(slab, centre=(unit * x, unit * y, unit * z), half=(unit * a, unit * b, unit * c))
 
 
 def _times(unit: float, part: _Part) -> _Part:

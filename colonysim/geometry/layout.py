@@ -67,8 +67,8 @@ def lay_out(scenario: Scenario) -> Layout:
     except ScenarioError as error:
         if robot.scale == 1.0:
             raise
-        # Whatever has gone wrong there counts in these units.
-        raise ScenarioError(f"{error} (in units of the robot, {robot.scale:g} m each)") from None
+        # What is told there counts in units of the robot.
+        raise ScenarioError(f"{error} (all lengths times {robot.scale:g}, the scale of the robot)") from None
     check_fit(scenario, layout)
     return layout
 
