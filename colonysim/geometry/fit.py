@@ -51,7 +51,7 @@ def _check_pits(scenario: Scenario, layout: Layout) -> None:
             if box.length < side < needed:
                 raise scenario.fault(
                     "physics.pit_side", f"the pit at hole {ids[node]} is {unit * side:g} m wide, expected at least"
-                    f" {unit * needed:.4g} m: in less a box of {unit * box.length:g} m, {unit * box.height:g} m high, wedges",
+                    f" {unit * needed:.4g} m, for a box {unit * box.length:g} m wide and {unit * box.height:g} m high",
                 )  # fmt: skip
 
 
@@ -73,6 +73,6 @@ def _check_nodes(scenario: Scenario, layout: Layout) -> None:
             pit = layout.terrain.pits[number]
             if (beside := pit.distance(x, y)) < PIT_CLEARANCE:
                 raise scenario.fault(
-                    "physics", f"node {ids[i]} lies {unit * beside:.3g} m from the pit of hole {ids[hole]}, expected at"
-                    f" least {unit * PIT_CLEARANCE:.3g} m, so that the robot has room; see xy_scale, pit_side and robot",
+                    "physics", f"node {ids[i]} lies {unit * beside:.3g} m from the pit of hole {ids[hole]}, expected"
+                    f" at least {unit * PIT_CLEARANCE:.3g} m, so that the robot has room; see xy_scale and pit_side",
                 )  # fmt: skip

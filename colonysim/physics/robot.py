@@ -122,10 +122,23 @@ class Robot:
             if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
                 size = "" if self.scale == 1.0 else f" at scale {self.scale:g}"
                 return field.name, f"got {value:g}, expected {low:.4g} to {high:.4g}{size}, which the controls handle"
+        most = self.length - 2 * self.wheel_radius - _BEHIND * self.scale
+        if self.wheelbase > most * (1 + _ROUNDING):
+            return "wheelbase", f"got {self.wheelbase:g}, expected at most {most:.4g}, with the wheels behind the bumper"
+        most = _LARGER * STANDARD.radius * self.scale
+        if self.radius > most:
+            return "length", (
+                f"got {self.length:g}: on the spot, the robot turns in a disc of {self.radius:.4g} m, expected at most"
+                f" {most:.4g} m; a larger scale keeps it further from all else"
+            )
         return None
 
 
 _ROUNDING = 1e-9
+_BEHIND = 0.01
+"""Wheels that stand out beyond the bumper touch the box, and have no friction: it slides off. Metres, at scale 1."""
+_LARGER = 1.02
+"""Ways are planned for the disc that the standard robot sweeps."""
 _POWERS = {
     "scale": 1.0, "length": 1.0, "width": 1.0, "clearance": 1.0, "height": 1.0, "wheel_radius": 1.0, "track": 1.0,
     "wheelbase": 1.0, "chassis_mass": 3.0, "wheel_mass": 3.0, "wheel_speed": -0.5, "grip": 0.0, "bumper_friction": 0.0,

