@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from colonysim.physics.scene import GROUND_FRICTION
 from colonysim.push.paths import PIT_CLEARANCE, ROBOT_CLEARANCE
 
 if TYPE_CHECKING:
@@ -13,8 +14,11 @@ if TYPE_CHECKING:
 
 __all__ = ["BOX_LENGTHS", "check_fit"]
 
-BOX_LENGTHS = (0.7, 1.4)
+BOX_LENGTHS = (0.7, 1.3)
 """Sides of boxes that a robot can push, in units of the robot: the network was trained with 1."""
+_PULL = 1.6
+"""A robot grips the ground this many times as hard as it takes to push a box: with less it does not get it up a slope."""
+_GRAVITY = 9.81
 _ROUNDING = 1e-9
 
 
@@ -38,6 +42,14 @@ def _check_boxes(scenario: Scenario, layout: Layout) -> None:
             raise scenario.fault(
                 "physics.box_length", f"the box at node {node} is {unit * box.length:g} m wide, expected"
                 f" {unit * low:g} to {unit * high:g} m for this robot",
+            )  # fmt: skip
+        pull = layout.robot.mass * layout.robot.grip / _PULL
+        needed = box.mass * layout.robot.mass_unit * box.friction * GROUND_FRICTION
+        if needed > pull * (1 + _ROUNDING):
+            node = scenario.topology.ids[scenario.boxes[number].node]
+            raise scenario.fault(
+                "physics.box_mass", f"the box at node {node} takes {_GRAVITY * needed:.3g} N to push, expected at most"
+                f" {_GRAVITY * pull:.3g} N for this robot; see box_mass, box_friction, and the robot's masses and grip",
             )  # fmt: skip
 
 

@@ -15,7 +15,8 @@ from colonysim.physics.traction import Traction, build_robot, chassis_place
 _STEPS_PER_TICK = 2
 TICK_SECONDS = _STEPS_PER_TICK * STEP_SECONDS
 """Length of one control tick, in units of time: seconds with the standard robot."""
-_GROUND_FRICTION = 0.8
+GROUND_FRICTION = 0.8
+"""Of the ground under boxes; what the tyres have is the robot's grip."""
 _FLIPPED_TICKS = 30
 _SUNK = 0.08
 _FALLEN = 0.3
@@ -84,7 +85,7 @@ class Scene:
             engine = make_engine(engine or default_engine(), gui=gui)
         self._engine: Engine = engine
         for slab in terrain.slabs():
-            self._engine.add_slab(slab, _GROUND_FRICTION)
+            self._engine.add_slab(slab, GROUND_FRICTION)
         self._boxes = [
             self._engine.add_box(
                 (b.length / 2, b.length / 2, b.height / 2),
