@@ -32,6 +32,7 @@ HOT = (
     "colonysim/pheromones/hole.py",
     "colonysim/pheromones/marks.py",
     "colonysim/physics/bullet.py",
+    "colonysim/physics/mujoco.py",
     "colonysim/physics/scene.py",
     "colonysim/physics/shapes.py",
     "colonysim/physics/traction.py",

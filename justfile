@@ -8,7 +8,7 @@ default:
 
 # A virtual environment with everything in it
 setup:
-    python3.11 -m venv .venv
+    python3 -m venv .venv
     {{bin}}/pip install -c constraints.txt -e '.[all,dev]'
 
 # Writes constraints.txt, from which tests and CI install, with today's newest versions; then run the tests
@@ -20,7 +20,7 @@ lock:
 # Tests in a new environment with the newest versions of everything; `just newest torch==2.13.0` says which PyTorch
 newest torch="torch":
     rm -rf .venv-newest
-    python3.11 -m venv .venv-newest
+    python3 -m venv .venv-newest
     .venv-newest/bin/pip install '{{torch}}'
     .venv-newest/bin/pip install -e '.[all,dev]'
     .venv-newest/bin/ruff check
@@ -62,4 +62,4 @@ bench:
 
 # The paper's hardest map in physics
 hard:
-    {{bin}}/colonysim run scenarios/hard.yaml --backend bullet
+    {{bin}}/colonysim run scenarios/hard.yaml --backend physics

@@ -9,6 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from colonysim.physics import ENGINES, default_engine, engine_version
 from colonysim.push.executors import ChooserName, ExecutorName, make_executor
 from colonysim.push.feasibility import load_feasibility
 from colonysim.push.training.chains import evaluate_chains
@@ -32,14 +33,18 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
     parser.add_argument("--model", default=None, help="a shipped network's name or the path of a card")
+    parser.add_argument("--engine", default=None, choices=ENGINES, help="by default the first that is installed")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    found: dict[str, Any] = {"nodes": given.nodes, "tries": given.tries, "seed": given.seed, "rows": {}}
+    engine = given.engine or default_engine()
+    found: dict[str, Any] = {
+        "engine": engine_version(engine), "nodes": given.nodes, "tries": given.tries, "seed": given.seed, "rows": {},
+    }  # fmt: skip
     for name in given.rows:
         push, chooser, gated = ROWS[name]
         gate = load_feasibility() if gated else None
         executor = make_executor(push, model=given.model, chooser=chooser, tries=given.tries, gate=gate)
-        row = evaluate_chains(executor, chains=given.chains, nodes=given.nodes, seed=given.seed)
+        row = evaluate_chains(executor, chains=given.chains, nodes=given.nodes, seed=given.seed, engine=engine)
         found["rows"][name] = row
         print(
             f"{name}: {row['success']:.3f} [{row['success_low']:.3f}, {row['success_high']:.3f}] of {row['chains']}, "

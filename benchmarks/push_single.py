@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from colonysim.physics import ENGINES, default_engine, engine_version
 from colonysim.push.executors import ChooserName, ExecutorName
 from colonysim.push.training.evaluation import evaluate_push
 from colonysim.push.training.starts import KINDS
@@ -36,14 +37,18 @@ def main() -> None:
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
     parser.add_argument("--terrains", nargs="+", default=list(KINDS), choices=list(KINDS))
     parser.add_argument("--model", default=None, help="a shipped network's name or the path of a card")
+    parser.add_argument("--engine", default=None, choices=ENGINES, help="by default the first that is installed")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    found: dict[str, Any] = {"episodes": given.episodes, "seed": given.seed, "rows": {}}
+    engine = given.engine or default_engine()
+    found: dict[str, Any] = {
+        "engine": engine_version(engine), "episodes": given.episodes, "seed": given.seed, "rows": {},
+    }  # fmt: skip
     for name in given.rows:
         push, chooser, tries = ROWS[name]
         row = evaluate_push(
             push, episodes=given.episodes, seed=given.seed, terrains=given.terrains, chooser=chooser, tries=tries,
-            model=given.model,
+            model=given.model, engine=engine,
         )  # fmt: skip
         found["rows"][name] = row
         shares = [

@@ -18,7 +18,19 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["BUILT_IN", "PHYSICS", "available", "called", "engine_option", "lacking", "load", "locate", "make_backend", "make_field", "make_policy"]
+__all__ = [
+    "BUILT_IN",
+    "PHYSICS",
+    "available",
+    "called",
+    "engine_option",
+    "lacking",
+    "load",
+    "locate",
+    "make_backend",
+    "make_field",
+    "make_policy",
+]
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "backends": {

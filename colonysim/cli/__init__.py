@@ -43,7 +43,7 @@ First steps:
   colonysim scenarios                        which scenarios there are
   colonysim run hard                         run one, in an instant
   colonysim plot runs/hard-nodeworld-s0-1    draw its pheromones
-  colonysim run hard --backend bullet        the same colony as rigid bodies
+  colonysim run hard --backend physics       the same colony as rigid bodies
 """
 
 

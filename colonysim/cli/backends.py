@@ -11,6 +11,7 @@ __all__ = ["EXAMPLES", "command"]
 EXAMPLES = """\b
 Examples:
   colonysim backends
+  colonysim backends --json
 """
 
 
@@ -20,7 +21,7 @@ _GROUPS = ("backends", "policies", "fields")
 def command(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
     """List backends, policies and pheromone fields, plugins included.
 
-    Also says what keeps one from being used.
+    Also says what keeps one from being used, and which versions of the rigid-body engines are installed.
 
     A plugin announces itself under the entry-point group colonysim.backends,
     colonysim.policies or colonysim.fields; a field is carried along by policy.extra_fields. The fields D, E, H and B
@@ -30,20 +31,24 @@ def command(as_json: Annotated[bool, typer.Option("--json", help="Print the list
     from colonysim.cli.console import print_json, print_table
     from colonysim.plugins import available
 
-    found = []
+    found: list[dict[str, str]] = []
     for group in _GROUPS:
         if group == "fields":
             found += [{"kind": group, **own} for own in _own_fields()]
         for name, place in sorted(available(group).items()):
-            summary, problem = _look(group, name)
-            found.append({"kind": group, "name": name, "place": place, "summary": summary, "problem": problem})
+            found.append({"kind": group, "name": name, "place": place, **_look(group, name)})
     if as_json:
         print_json(found)
         return
     print_table(("build", ""), [("colonysim", build())])
     for group in _GROUPS:
-        rows = [(each["name"], each["problem"] or each["summary"]) for each in found if each["kind"] == group]
-        print_table((group, ""), [(str(name), str(text)) for name, text in rows])
+        print_table((group, ""), [(each["name"], _told(each)) for each in found if each["kind"] == group])
+
+
+def _told(each: dict[str, str]) -> str:
+    """What the table says of a part: what keeps it from being used, or what it is, with its engine's version."""
+    version = f" ({each['version']})" if each["version"] else ""
+    return each["problem"] or f"{each['summary']}{version}"
 
 
 def _own_fields() -> list[dict[str, str]]:
@@ -55,6 +60,7 @@ def _own_fields() -> list[dict[str, str]]:
             "name": field.name,
             "place": f"{field.__module__}:{field.__name__}",
             "summary": _summary(field),
+            "version": "",
             "problem": "",
         }
         for field in (Distance, Exploration, HoleTrail, BoxWorth)
@@ -65,16 +71,17 @@ def _summary(thing: Any) -> str:
     return (thing.__doc__ or "").strip().partition("\n")[0]
 
 
-def _look(group: str, name: str) -> tuple[str, str]:
-    """The first line of its docstring, and what keeps it from being used."""
-    from colonysim.cli.extras import need_bullet
+def _look(group: str, name: str) -> dict[str, str]:
+    """The first line of its docstring, the version of the engine below it, and what keeps it from being used."""
+    from colonysim.cli.extras import need_engine
     from colonysim.errors import ColonysimError
-    from colonysim.plugins import load
+    from colonysim.physics import engine_version
+    from colonysim.plugins import PHYSICS, load
 
+    version = ""
     try:
-        if (group, name) == ("backends", "bullet"):
-            need_bullet()
-        found = load(group, name)
+        if group == "backends" and name in PHYSICS:
+            version = engine_version(need_engine(None if name == "physics" else name))
+        return {"summary": _summary(load(group, name)), "version": version, "problem": ""}
     except ColonysimError as error:
-        return "", str(error)
-    return _summary(found), ""
+        return {"summary": "", "version": version, "problem": str(error)}

@@ -7,12 +7,15 @@ from typing import Annotated, Literal
 
 import typer
 
+from colonysim.cli.extras import EngineOption
+
 __all__ = ["app"]
 
 _EXAMPLES = """\b
 Examples:
   colonysim evaluate push --push staged --episodes 200
   colonysim evaluate push --push rl --model models/mine/push.npz --episodes 200 --seed 1 --json
+  colonysim evaluate push --engine mujoco --episodes 200
   colonysim evaluate push --episodes 20 --out runs/pushes && colonysim plot runs/pushes
 """
 _KEYS = ("episodes", "success", "success_low", "success_high", "reward_mean", "reward_sd")
@@ -37,6 +40,7 @@ def push(
     model: Annotated[
         Path | None, typer.Option("--model", metavar="FILE", help="The network. [default: the one shipped]")
     ] = None,
+    engine: EngineOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -54,11 +58,11 @@ def push(
     from contextlib import nullcontext
 
     from colonysim.cli.console import print_json, print_result, print_table
-    from colonysim.cli.extras import need_bullet
+    from colonysim.cli.extras import need_engine
     from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import told_when_stopped
 
-    need_bullet()
+    used = need_engine(engine)
     from colonysim.errors import ColonysimError
     from colonysim.push.training.evaluation import evaluate_push
 
@@ -68,7 +72,7 @@ def push(
     if out is not None:
         from colonysim.cli.pushes import PushRecorder
 
-        recorder = PushRecorder(out, kind, episodes=episodes, seed=seed, model=model)
+        recorder = PushRecorder(out, kind, engine=used, episodes=episodes, seed=seed, model=model)
     done = 0
     with Bar(f"pushing ({kind})", 3 * episodes, quiet) as bar:
 
@@ -84,7 +88,9 @@ def push(
             return f"Interrupted after {done} of {3 * episodes} pushes.{where}"
 
         with told_when_stopped(told), nullcontext() if recorder is None else recorder:
-            found = evaluate_push(kind, episodes=episodes, seed=seed, model=model, on_progress=show, watch=recorder)
+            found = evaluate_push(
+                kind, episodes=episodes, seed=seed, model=model, engine=used, on_progress=show, watch=recorder
+            )
             results = {terrain: {key: values[key] for key in _KEYS} for terrain, values in found.items()}
             if recorder is not None:
                 recorder.results(results)
@@ -100,7 +106,7 @@ def push(
         )
         for terrain, values in results.items()
     ]
-    title = f"push {kind} · {episodes} episodes per terrain · seed {seed}"
+    title = f"push {kind} · {used} · {episodes} episodes per terrain · seed {seed}"
     print_table(("terrain", ">success", ">95 % interval", ">reward"), rows, title)
     if out is not None:
         print_result(f"recorded in {out}")

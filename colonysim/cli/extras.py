@@ -1,13 +1,23 @@
-"""What to install when an optional part is missing."""
+"""What to install when an optional part is missing, and which rigid-body engine a command uses."""
 
 from __future__ import annotations
 
-import sys
 from importlib.util import find_spec
+from typing import TYPE_CHECKING, Annotated, Literal, cast
+
+import typer
 
 from colonysim.errors import MissingExtraError
 
-__all__ = ["need", "need_bullet"]
+if TYPE_CHECKING:
+    from colonysim.physics import EngineName
+
+__all__ = ["EngineOption", "need", "need_engine"]
+
+EngineOption = Annotated[
+    Literal["bullet", "mujoco"] | None,
+    typer.Option("--engine", help="The rigid-body engine. [default: bullet where it is installed, else mujoco]"),
+]
 
 
 def need(package: str, extra: str, purpose: str) -> None:
@@ -20,19 +30,15 @@ def need(package: str, extra: str, purpose: str) -> None:
         raise MissingExtraError(f"{purpose} needs {package}, which is not installed: pip install 'colonysim[{extra}]'")
 
 
-def need_bullet() -> None:
-    """Checks that PyBullet is there.
+def need_engine(asked: str | None) -> EngineName:
+    """The rigid-body engine that is asked for, by default the first that is installed.
 
     Raises:
-        MissingExtraError: It is not, perhaps because it has no wheel for this Python.
+        MissingExtraError: It is not installed, perhaps because it has no wheel for this Python.
     """
-    if find_spec("pybullet") is not None:
-        return
-    reason = "the backend 'bullet' needs PyBullet, which is not installed"
-    if sys.version_info < (3, 12):
-        raise MissingExtraError(f"{reason}: pip install 'colonysim[bullet]'")
-    running = f"{sys.version_info.major}.{sys.version_info.minor}"
-    raise MissingExtraError(
-        f"{reason}; it publishes wheels up to CPython 3.11 only and this is Python {running}. With Python 3.11: "
-        "python3.11 -m venv .venv && .venv/bin/pip install 'colonysim[bullet]'"
-    )
+    from colonysim.physics import default_engine, engine_trouble
+
+    name = asked or default_engine()
+    if trouble := engine_trouble(name):
+        raise MissingExtraError(trouble)
+    return cast("EngineName", name)

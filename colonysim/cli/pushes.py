@@ -9,7 +9,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
-from colonysim.physics import BUMPER, HALF_WIDTH
+from colonysim.physics import BUMPER, HALF_WIDTH, engine_facts
 from colonysim.push.cards import load_model
 from colonysim.push.training.evaluation import judged_start
 from colonysim.push.training.starts import KINDS, distribution
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-    from colonysim.physics import Pose, Scene
+    from colonysim.physics import EngineName, Pose, Scene
     from colonysim.push.executors import ExecutorName
     from colonysim.push.task import Chooser, Kind
     from colonysim.push.training.evaluation import Played
@@ -44,6 +44,7 @@ class PushRecorder:
     Args:
         directory: Where to write; absent or empty.
         push: The executor.
+        engine: The rigid-body engine; it stands in the manifest as the run's backend.
         episodes: Pushes per terrain.
         seed: Makes the episodes.
         model: The network; None is the shipped one.
@@ -53,16 +54,25 @@ class PushRecorder:
 
     Raises:
         ColonysimError: The directory holds files already, or the model is missing or damaged.
+        MissingEngineError: The engine is not installed.
     """
 
     def __init__(
-        self, directory: Path, push: ExecutorName, *, episodes: int, seed: int, model: Path | None = None
+        self,
+        directory: Path,
+        push: ExecutorName,
+        *,
+        engine: EngineName,
+        episodes: int,
+        seed: int,
+        model: Path | None = None,
     ) -> None:
         seed, episodes = as_seed(seed), whole("episodes", episodes)
         network = None if push == "scripted" else load_model("push" if model is None else model, "q-network")
         manifest = begin_manifest(
-            "push", backend="bullet", policy=push, mode="single pushes", episodes=len(KINDS) * episodes, seed=seed
-        )
+            "push", backend=engine, policy=push, mode="single pushes", episodes=len(KINDS) * episodes, seed=seed,
+            engine=engine_facts(engine),
+        )  # fmt: skip
         manifest["evaluation"] = {
             "executor": push,
             "model": network and network.name,

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.extras import EngineOption
+
 if TYPE_CHECKING:
     from colonysim.sweep.workers import Outcome
 
@@ -16,6 +18,7 @@ EXAMPLES = """\b
 Examples:
   colonysim reproduce --quick --out results/paper
   colonysim reproduce ablation-sanity asynchrony --out results/paper
+  colonysim reproduce performance-physics --physics docs/results/bullet.jsonl --out results/paper
   colonysim reproduce --list
 """
 
@@ -36,9 +39,13 @@ def command(
     workers: Annotated[
         int | None, typer.Option("--workers", "-w", min=1, help="Trials at a time. [default: one for each processor]")
     ] = None,
-    bullet: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Runs on Bullet that were stored (JSON lines) instead of running them."),
+    engine: EngineOption = None,
+    physics: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Runs in physics that were stored (JSON lines) instead of running them; once for each engine.",
+        ),
     ] = None,
     trainings: Annotated[
         Path | None,
@@ -58,19 +65,20 @@ def command(
     from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.errors import ColonysimError
+    from colonysim.physics import default_engine
     from colonysim.reproduce.judging import WORDS
     from colonysim.reproduce.making import STUDIES, reproduce
     from colonysim.reproduce.plans import FULL, QUICK
 
     if list_only:
-        if names or out is not None or quick or seeds is not None or bullet is not None or trainings is not None:
+        if names or out is not None or quick or seeds is not None or engine or physics or trainings is not None:
             raise ColonysimError("--list stands alone: nothing is reproduced")
         print_table(["name", "what", "in the paper"], [[k, s.title, s.places] for k, s in STUDIES.items()])
         return
     if out is None:
         raise ColonysimError("expected --out DIR")
     need("matplotlib", "plot", "drawing")
-    size = replace(QUICK if quick else FULL, first_seed=first_seed)
+    size = replace(QUICK if quick else FULL, first_seed=first_seed, engine=engine or default_engine())
     if seeds is not None:
         size = replace(size, seeds=seeds)
     with Bar("trials", 1.0, quiet) as bar:
@@ -83,8 +91,8 @@ def command(
 
         with told_when_stopped(lambda: go_on(out)):
             made = reproduce(
-                out, names or (), size=size, workers=workers, bullet=bullet, trainings=trainings, on_outcome=watch,
-                on_study=lambda name: bar.line(f"writing {name}"),
+                out, names or (), size=size, workers=workers, physics=physics or (), trainings=trainings,
+                on_outcome=watch, on_study=lambda name: bar.line(f"writing {name}"),
             )  # fmt: skip
     for gap in made.gaps:
         say(f"missing: {gap}")

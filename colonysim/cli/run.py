@@ -27,9 +27,9 @@ Examples:
   colonysim run my.yaml --policy paper --set policy.beta=2 --set detection_radius=20
   colonysim run hard --record events,frames
   colonysim run hard --watch
-  colonysim run hard --backend bullet --live
-  colonysim run hard --backend bullet --push staged --out runs/physics
-  colonysim run hard --backend bullet --from runs/hard-nodeworld-s0-1 --episodes 3
+  colonysim run hard --backend physics --live
+  colonysim run hard --backend mujoco --push staged --out runs/physics
+  colonysim run hard --backend physics --from runs/hard-nodeworld-s0-1 --episodes 3
 """
 
 _PACE = 5.0
@@ -263,7 +263,7 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
     from colonysim.errors import ColonysimError
 
     if not watch:
-        return _Progress(f"{scenario.name} on {backend}", episodes, scenario.max_steps, quiet)
+        return _Progress(f"{scenario.name} on {_called(scenario, backend)}", episodes, scenario.max_steps, quiet)
     from colonysim.cli.console import on_terminal
     from colonysim.cli.watch import Watch
 
@@ -272,6 +272,15 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
     if not on_terminal():
         raise ColonysimError("--watch draws on a terminal, and standard error is none")
     return Watch(scenario, episodes)
+
+
+def _called(scenario: Scenario, backend: str) -> str:
+    """The backend, of "physics" the engine that it will be."""
+    if backend != "physics":
+        return backend
+    from colonysim.physics import default_engine
+
+    return str(scenario.physics.get("engine") or default_engine())
 
 
 class _Progress:

@@ -42,7 +42,9 @@ def with_settings(config: TrainingConfig, settings: Sequence[str]) -> TrainingCo
 
 
 def _with(part: Any, keys: list[str], value: str, text: str) -> Any:
-    known = [field.name for field in dataclasses.fields(part) if field.name != "name"]
+    if keys == ["engine"]:
+        raise ColonysimError(f"--set {text!r}: the engine has an option of its own, --engine")
+    known = [field.name for field in dataclasses.fields(part) if field.name not in ("name", "engine")]
     if keys[0] not in known:
         raise ColonysimError(f"--set {text!r}: no parameter {keys[0]!r}; {nearest(keys[0], known)}")
     inner = getattr(part, keys[0])

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.extras import EngineOption
+
 if TYPE_CHECKING:
     from colonysim.push.training.trainer import Progress
 
@@ -16,6 +18,7 @@ _PUSH = """\b
 Examples:
   colonysim train push --out models/mine
   colonysim train push --preset paper --seed 3 --out models/paper
+  colonysim train push --engine mujoco --out models/mine
   colonysim train push --out models/mine --resume
   colonysim train push --set actions=20000 --set learner.learning_rate=0.0003 --out models/short
 """
@@ -40,6 +43,7 @@ def push(
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write model, history and checkpoint.")
     ],
     preset: Annotated[str, typer.Option(help="A named configuration: improved or paper.")] = "improved",
+    engine: EngineOption = None,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -52,26 +56,28 @@ def push(
 ) -> None:
     """Train the push by reinforcement learning (Double DQN).
 
-    Writes the network as plain arrays with a JSON card. A training that was stopped, with Ctrl-C for
-    instance, goes on from its last checkpoint with --resume. `colonysim plot DIR` draws its learning
-    curve, also while it is under way.
+    Writes the network as plain arrays with a JSON card, which names the engine. A training that was
+    stopped, with Ctrl-C for instance, goes on from its last checkpoint with --resume. `colonysim plot
+    DIR` draws its learning curve, also while it is under way.
     """
+    from dataclasses import replace
+
     from colonysim.cli.console import print_result
-    from colonysim.cli.extras import need, need_bullet
+    from colonysim.cli.extras import need, need_engine
     from colonysim.cli.progress import Bar
     from colonysim.cli.settings import with_settings
     from colonysim.cli.stopping import told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.suggest import nearest
 
-    need_bullet()
+    used = need_engine(engine)
     need("torch", "train", "training")
     from colonysim.push.training.presets import PRESETS
     from colonysim.push.training.trainer import train_push
 
     if preset not in PRESETS:
         raise ColonysimError(f"no preset {preset!r}; {nearest(preset, PRESETS)}")
-    config = with_settings(PRESETS[preset], settings or ())
+    config = with_settings(replace(PRESETS[preset], engine=used), settings or ())
     if not resume and (out / "checkpoint.npz").exists():
         raise ColonysimError(f"{out}: holds a training already; go on with it (--resume), or choose another --out")
     with Bar(f"training the push ({preset})", 1.0, quiet) as bar:
@@ -99,6 +105,7 @@ def push(
 def feasibility(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write the model.")],
     model: Annotated[str, typer.Option("--model", metavar="FILE", help="The push that is judged.")] = "push",
+    engine: EngineOption = None,
     states: Annotated[int, typer.Option("--states", min=200, help="Learn from at least so many states.")] = 10_000,
     seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the training.")] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
@@ -109,15 +116,17 @@ def feasibility(
     never split an episode.
     """
     from colonysim.cli.console import print_result
-    from colonysim.cli.extras import need, need_bullet
+    from colonysim.cli.extras import need, need_engine
     from colonysim.cli.progress import Bar
 
-    need_bullet()
+    used = need_engine(engine)
     need("sklearn", "train", "training")
     from colonysim.push.training.forest import train_feasibility
 
     with Bar("gathering states", states, quiet) as bar:
-        card = train_feasibility(out, seed, model=model, states=states, on_progress=lambda done, _: bar.move(done))
+        card = train_feasibility(
+            out, seed, model=model, states=states, engine=used, on_progress=lambda done, _: bar.move(done)
+        )
     print_result(str(card))
 
 
@@ -125,6 +134,7 @@ def feasibility(
 def way(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write the log and the model.")],
     model: Annotated[str, typer.Option("--model", metavar="FILE", help="The network that pushes.")] = "push",
+    engine: EngineOption = None,
     ways: Annotated[int, typer.Option("--ways", min=20, help="How many ways to push a box along.")] = 600,
     seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the ways.")] = 0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
@@ -135,13 +145,15 @@ def way(
     the calibration curve and the false-accept rates of five folds that never split a way.
     """
     from colonysim.cli.console import print_result
-    from colonysim.cli.extras import need, need_bullet
+    from colonysim.cli.extras import need, need_engine
     from colonysim.cli.progress import Bar
 
-    need_bullet()
+    used = need_engine(engine)
     need("sklearn", "train", "fitting")
     from colonysim.push.training.calibration import train_way_chance
 
     with Bar("pushing along ways", ways, quiet) as bar:
-        card = train_way_chance(out, seed, model=model, ways=ways, on_progress=lambda done, _: bar.move(done))
+        card = train_way_chance(
+            out, seed, model=model, ways=ways, engine=used, on_progress=lambda done, _: bar.move(done)
+        )
     print_result(str(card))

@@ -18,7 +18,7 @@ Examples:
   colonysim validate my.yaml
   colonysim validate scenarios/*.yaml
   colonysim validate my.yaml --set policy.beta=2
-  colonysim validate my.yaml --backend bullet
+  colonysim validate my.yaml --backend physics
 """
 
 

@@ -35,7 +35,7 @@ def command(
 ) -> None:
     """Film an episode of a run, seen from above, as MP4 or GIF.
 
-    Robots, boxes and ground are drawn as they were if the run has poses (Bullet); else everything
+    Robots, boxes and ground are drawn as they were if the run has poses (physics); else everything
     moves evenly from node to node. No screen is needed.
     """
     from colonysim.cli.console import print_result

@@ -17,7 +17,7 @@ __all__ = ["BOX_LENGTHS", "check_fit"]
 BOX_LENGTHS = (0.7, 1.3)
 """Sides of boxes that a robot can push, in units of the robot: the network was trained with 1."""
 _PULL = 1.6
-"""A robot grips the ground this many times as hard as it takes to push a box: with less it does not get it up a slope."""
+"""A robot has to grip the ground this many times as hard as it takes to push a box, to push it up a slope too."""
 _GRAVITY = 9.81
 _ROUNDING = 1e-9
 

@@ -8,10 +8,19 @@ from typing import TYPE_CHECKING
 
 from colonysim.errors import ScenarioError
 from colonysim.geometry.fit import check_fit
-from colonysim.geometry.grounds import check_ways, terrain_of
+from colonysim.geometry.grounds import check_given, derived_terrain, given_terrain
 from colonysim.geometry.pits import heading, pits_for, pits_given, ways_to_holes
+from colonysim.geometry.plan import Plan
 from colonysim.geometry.robots import robot_of
-from colonysim.geometry.scale import BOX_HEIGHT, BOX_LENGTH, MOST_WAYS, XY_SCALE, check_size
+from colonysim.geometry.scale import (
+    BOX_HEIGHT,
+    BOX_LENGTH,
+    MARGIN,
+    MOST_WAYS,
+    RAMP_HALF_WIDTH,
+    XY_SCALE,
+    check_size,
+)
 from colonysim.geometry.units import in_units
 from colonysim.physics import BoxSpec, Robot, RobotSpec, Terrain
 
@@ -88,19 +97,22 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
     check_size(scenario, places, heights, box_heights, z_scale)
     ways = ways_to_holes(scenario)
     pits, pit_at = pits_for(scenario, physics, places, heights, box_heights, ways, length, z_scale)
-    terrain = terrain_of(scenario, physics, scale, places, heights, pits)
     given = physics.get("terrain")
     if given:
+        terrain = given_terrain(scenario, given, pits)
         if given.get("pits"):
             pit_at = pits_given(scenario, places, terrain)
         heights = _heights_on(scenario, places, terrain, pit_at)
-    total = scale * topology.mean_length * topology.edge_count
-    if total * (len(terrain.grounds) + len(terrain.ramps)) > MOST_WAYS:
-        raise scenario.fault(
-            "physics", f"{total:.0f} m of edges over {len(terrain.grounds)} levels and {len(terrain.ramps)} ramps are"
-            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        _check_work(scenario, scale, len(terrain.grounds), len(terrain.ramps))
+        check_given(scenario, places, heights, terrain)
+    else:
+        margin, half_width = physics.get("margin"), float(physics.get("ramp_half_width") or RAMP_HALF_WIDTH)
+        plan = Plan(
+            scenario, scale, tuple(heights), tuple(pits), pit_at,
+            MARGIN if margin is None else float(margin), half_width,
         )  # fmt: skip
-    check_ways(scenario, places, heights, terrain)
+        _check_work(scenario, scale, len(plan.levels), len(plan.slopes))
+        terrain = derived_terrain(plan)
     return Layout(
         robot,
         terrain,
@@ -123,6 +135,16 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
         ),
         0.25 * scale * topology.mean_length,
     )  # fmt: skip
+
+
+def _check_work(scenario: Scenario, scale: float, levels: int, ramps: int) -> None:
+    """Every tenth of a metre of the edges is looked at on every level and ramp."""
+    total = scale * scenario.topology.mean_length * scenario.topology.edge_count
+    if total * (levels + ramps) > MOST_WAYS:
+        raise scenario.fault(
+            "physics", f"{total:.0f} m of edges over {levels} levels and {ramps} ramps are"
+            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        )  # fmt: skip
 
 
 def _heights_on(

@@ -17,10 +17,11 @@ from colonysim.physics.engine import (
     engine_version,
     make_engine,
 )
+from colonysim.physics.pits import Pit
 from colonysim.physics.robot import HALF, STANDARD, Robot
 from colonysim.physics.scene import TICK_SECONDS, Scene, ticks_to_close
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, Slab, wrap
-from colonysim.physics.terrain import Ground, Pit, Ramp, Terrain
+from colonysim.physics.terrain import Ground, Ramp, Terrain
 from colonysim.physics.traction import WheelSpeeds, wheel_speeds
 
 BUMPER, HALF_WIDTH = STANDARD.bumper, STANDARD.half_width

@@ -6,7 +6,6 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from colonysim.physics.engine import EngineFacts, MissingEngineError, engine_trouble, engine_version
 from colonysim.physics.shapes import Quat, Slab, Vec3, quaternion

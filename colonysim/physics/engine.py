@@ -226,5 +226,5 @@ def default_engine() -> str:
 
 def _source(name: str) -> _Source:
     if name not in _SOURCES:
-        raise ValueError(f"no engine {name!r}, expected one of {', '.join(ENGINES)}")
+        raise ValueError(f"no engine {name!r}, expected one of {', '.join(_SOURCES)}")
     return _SOURCES[name]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import json
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING, Any, cast
 
 from colonysim.physics.engine import EngineFacts, MissingEngineError, engine_version
 from colonysim.physics.shapes import quaternion
@@ -21,14 +22,13 @@ _IMPRATIO = 10.0
 _PARKED = 1000.0
 """Bodies taken out of the world rest this far below it and this far from each other, metres."""
 _GRAVITY = 9.81
-_NO_FORCE = (0.0,) * 6
 
 
 class MujocoEngine:
     """One MuJoCo world without ground.
 
     MuJoCo compiles a model of all its bodies: it is compiled at the first call that needs it, and no body can be added
-    after that. Every pair of geoms that may touch is declared with its own friction, since MuJoCo would take the larger
+    after that. Every pair of boxes that may touch is declared with its own friction, since MuJoCo would take the larger
     of two coefficients where the seam asks for their product. Bodies never sleep: with MuJoCo's sleeping, a saved state
     would not be exact.
 
@@ -51,6 +51,8 @@ class MujocoEngine:
         spec.option.cone = mj.mjtCone.mjCONE_ELLIPTIC
         spec.option.impratio = _IMPRATIO
         spec.option.solver = mj.mjtSolver.mjSOL_NEWTON
+        # Of a body that got out of hand the scene says so; MuJoCo would put all bodies back to where they began.
+        spec.option.disableflags |= mj.mjtDisableBit.mjDSBL_AUTORESET
         self.facts = EngineFacts(
             "mujoco", engine_version("mujoco"),
             {"dt": dt, "cone": "elliptic", "impratio": _IMPRATIO, "solver": "Newton"}, True,
@@ -59,7 +61,22 @@ class MujocoEngine:
         self._geoms: list[tuple[int, float, bool]] = []
         self._fixed: set[int] = set()
         self._bodies = 0
+        self._nowhere: dict[int, tuple[Vec3, Quat]] = {}
         self._compiled = False
+        self._model: Any = None
+        self._data: Any = None
+        self._numpy: Any = None
+        self._advance = mj.mj_step
+        # Views of MuJoCo's arrays: reading and writing them is reading and writing the world.
+        self._qpos: Any = None
+        self._qvel: Any = None
+        self._forces: Any = None
+        # Where a body's place, its speeds and the forces on it begin in MuJoCo's arrays; -1 of what never moves.
+        self._qpos_of: list[int] = []
+        self._dof_of: list[int] = []
+        self._row_of: list[int] = []
+        self._pushed: list[int] = []
+        self._touch: tuple[set[int], set[tuple[int, int]]] | None = None
 
     def add_slab(self, slab: Slab, friction: float) -> int:
         """A body that never moves."""
@@ -101,25 +118,32 @@ class MujocoEngine:
         """Position and rotation of a body's frame."""
         if not self._compiled:
             self._compile()
-        x, y, z, qw, qx, qy, qz = self._places[body].tolist()
-        return (x, y, z), (qx, qy, qz, qw)
+        if self._nowhere and body in self._nowhere:
+            return self._nowhere[body]
+        at, qpos = self._place_of(body), self._qpos
+        return (qpos[at], qpos[at + 1], qpos[at + 2]), (qpos[at + 4], qpos[at + 5], qpos[at + 6], qpos[at + 3])
 
     def velocity(self, body: int) -> tuple[Vec3, Vec3]:
         """Linear and angular velocity of a body's frame, in the world's axes."""
         if not self._compiled:
             self._compile()
-        vx, vy, vz, a, b, c = self._speeds[body].tolist()
+        self._turn_as(body)
+        dof, qvel = self._dof_of[body], self._qvel
         # MuJoCo tells the angular velocity of a free body in the body's own axes.
-        return (vx, vy, vz), self._turned(body, a, b, c)
+        return (qvel[dof], qvel[dof + 1], qvel[dof + 2]), self._turned(qvel[dof + 3], qvel[dof + 4], qvel[dof + 5])
 
     def push(self, body: int, force: Vec3, at: Vec3, torque: Vec3) -> None:
         """Act on a body during the next step only; everything in the body's own frame."""
         if not self._compiled:
             self._compile()
         (fx, fy, fz), (ax, ay, az), (tx, ty, tz) = force, at, torque
-        moment = (tx + ay * fz - az * fy, ty + az * fx - ax * fz, tz + ax * fy - ay * fx)
-        self._forces[body][:] = self._turned(body, fx, fy, fz) + self._turned(body, *moment)
-        self._pushed.append(body)
+        self._turn_as(body)
+        row, forces = 6 * self._row_of[body], self._forces
+        forces[row], forces[row + 1], forces[row + 2] = self._turned(fx, fy, fz)
+        forces[row + 3], forces[row + 4], forces[row + 5] = self._turned(
+            tx + ay * fz - az * fy, ty + az * fx - ax * fz, tz + ax * fy - ay * fx
+        )
+        self._pushed.append(row)
 
     def stands(self, robot: int) -> bool:
         """Whether a wheel of the robot rested on something below it in the last step."""
@@ -134,10 +158,18 @@ class MujocoEngine:
         if not self._compiled:
             self._compile()
         x, y, z, w = rotation
-        self._places[body][:] = (*position, w, x, y, z)
-        self._speeds[body][:] = _NO_FORCE
-        self._warm[body][:] = _NO_FORCE
-        self._forces[body][:] = _NO_FORCE
+        self._nowhere.pop(body, None)
+        if not all(map(math.isfinite, (*position, *rotation))):
+            # All bodies are solved for together: one that is nowhere would take the others along.
+            self.remove(body)
+            self._nowhere[body] = position, rotation
+            return
+        at = self._place_of(body)
+        for i, number in enumerate((*position, w, x, y, z)):
+            self._qpos[at + i] = number
+        dof, row = self._dof_of[body], 6 * self._row_of[body]
+        for i in range(6):
+            self._qvel[dof + i] = self._data.qacc_warmstart[dof + i] = self._forces[row + i] = 0.0
 
     def wake(self, body: int) -> None:
         """Nothing: no body sleeps."""
@@ -145,19 +177,19 @@ class MujocoEngine:
     def remove(self, body: int) -> None:
         """Parks a body out of everybody's reach, its weight carried."""
         self.place(body, (_PARKED * (body + 1), 0.0, -_PARKED), (0.0, 0.0, 0.0, 1.0))
-        weight = _GRAVITY * float(self._model.body_subtreemass[self._row[body]])
-        # At its own centre of mass a robot would be carried level; a slow turn of what is out of the world is no harm.
-        self._forces[body][:] = (0.0, 0.0, weight, 0.0, 0.0, 0.0)
+        row = self._row_of[body]
+        self._forces[6 * row + 2] = _GRAVITY * float(self._model.body_subtreemass[row])
 
     def step(self) -> None:
         """Advance by one physics step."""
         if not self._compiled:
             self._compile()
         self._advance(self._model, self._data)
-        for body in self._pushed:
-            self._forces[body][:] = _NO_FORCE
+        forces = self._forces
+        for row in self._pushed:
+            forces[row] = forces[row + 1] = forces[row + 2] = forces[row + 3] = forces[row + 4] = forces[row + 5] = 0.0
         self._pushed.clear()
-        self._touch: tuple[set[int], set[tuple[int, int]]] | None = None
+        self._touch = None
 
     def save(self) -> bytes:
         """The whole state between two steps: running on from it gives the same bits."""
@@ -168,8 +200,9 @@ class MujocoEngine:
         standing, pressed = self._contacts()
         # The contacts of the last step are asked for before the next, and are no part of MuJoCo's state.
         head = json.dumps({"engine": self.facts.name, "version": self.facts.version, "numbers": len(state),
-                           "standing": sorted(standing), "pressed": sorted(pressed)})  # fmt: skip
-        return head.encode() + b"\n" + state.astype("<f8").tobytes()
+                           "standing": sorted(standing), "pressed": sorted(pressed),
+                           "nowhere": [[body, *told] for body, told in self._nowhere.items()]})  # fmt: skip
+        return head.encode() + b"\n" + bytes(state.astype("<f8"))
 
     def load(self, state: bytes) -> None:
         """Go on from a saved state of an engine with the same bodies.
@@ -186,6 +219,8 @@ class MujocoEngine:
             fits = (said["engine"], said["numbers"], len(rest)) == (self.facts.name, len(numbers), 8 * len(numbers))
             standing = {int(body) for body in said["standing"]}
             pressed = {(int(one), int(other)) for one, other in said["pressed"]}
+            nowhere = {int(body): (tuple(map(float, at)), tuple(map(float, turned)))
+                       for body, at, turned in said["nowhere"]}  # fmt: skip
         except (ValueError, KeyError, TypeError, UnicodeDecodeError) as error:
             raise ValueError("no saved state of a MuJoCo engine") from error
         if not fits:
@@ -194,6 +229,7 @@ class MujocoEngine:
         self._mj.mj_setState(self._model, self._data, numbers, kind)
         self._pushed.clear()
         self._touch = standing, pressed
+        self._nowhere = cast("dict[int, tuple[Vec3, Quat]]", nowhere)
 
     def close(self) -> None:
         """Free the model."""
@@ -216,10 +252,16 @@ class MujocoEngine:
         body.add_freejoint()
         return body
 
-    def _add_geom(self, body: Any, number: int, friction: float, size: Vec3, *, wheel: bool = False, **given: Any) -> None:
+    def _add_geom(
+        self, body: Any, number: int, friction: float, size: Vec3, *, wheel: bool = False, **given: Any
+    ) -> None:
         given.setdefault("type", self._mj.mjtGeom.mjGEOM_BOX)
-        # What touches what is said pair by pair.
-        body.add_geom(name=f"g{len(self._geoms)}", size=size, contype=0, conaffinity=0, **given)
+        if wheel:
+            # It touches everything, always by its own rule: no friction.
+            given |= {"contype": 1, "priority": 1, "condim": 1}
+        else:
+            given |= {"contype": 0}
+        body.add_geom(name=f"g{len(self._geoms)}", size=size, conaffinity=1, **given)
         self._geoms.append((number, friction, wheel))
 
     def _compile(self) -> None:
@@ -228,49 +270,55 @@ class MujocoEngine:
 
         mj, spec = self._mj, self._spec
         self._numpy = numpy
-        for i, (body, friction, _) in enumerate(self._geoms):
-            for j in range(i + 1, len(self._geoms)):
-                other, others_friction, _ = self._geoms[j]
-                if body == other or (body in self._fixed and other in self._fixed):
-                    continue
-                both = friction * others_friction
-                pair = spec.add_pair(geomname1=f"g{i}", geomname2=f"g{j}")
-                if both > 0.0:
-                    pair.condim = 3
-                    pair.friction = (both, both, 0.0, 0.0, 0.0)
-                else:
-                    pair.condim = 1
+        for numbers in (self._qpos_of, self._dof_of, self._row_of):
+            numbers.extend([-1] * self._bodies)
+        self._declare_pairs()
         self._model = model = spec.compile()
         self._data = data = mj.MjData(model)
         # The compiler puts all geoms of the fixed world first.
         rows = {mj.mj_name2id(model, mj.mjtObj.mjOBJ_GEOM, f"g{i}"): geom for i, geom in enumerate(self._geoms)}
         self._geoms = [rows[row] for row in range(len(rows))]
         mj.mj_forward(model, data)
-        self._advance = mj.mj_step
         self._compiled = True
-        self._pushed: list[int] = []
-        self._touch = None
-        self._row: dict[int, int] = {}
-        self._places: dict[int, Any] = {}
-        self._speeds: dict[int, Any] = {}
-        self._warm: dict[int, Any] = {}
-        self._forces: dict[int, Any] = {}
+        self._qpos, self._qvel = memoryview(data.qpos), memoryview(data.qvel)
+        self._forces = memoryview(data.xfrc_applied.reshape(-1))
         for number in set(range(self._bodies)) - self._fixed:
-            row = self._row[number] = mj.mj_name2id(model, mj.mjtObj.mjOBJ_BODY, f"b{number}")
+            row = self._row_of[number] = mj.mj_name2id(model, mj.mjtObj.mjOBJ_BODY, f"b{number}")
             joint = model.body_jntadr[row]
-            at, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-            self._places[number] = data.qpos[at : at + 7]
-            self._speeds[number] = data.qvel[dof : dof + 6]
-            self._warm[number] = data.qacc_warmstart[dof : dof + 6]
-            self._forces[number] = data.xfrc_applied[row]
+            self._qpos_of[number], self._dof_of[number] = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
 
-    def _turned(self, body: int, a: float, b: float, c: float) -> Vec3:
-        """A vector in a body's own axes, in the world's."""
-        _, _, _, w, x, y, z = self._places[body].tolist()
+    def _declare_pairs(self) -> None:
+        """Says the friction of each pair of geoms that may touch, but for wheels, which have none."""
+        geoms = list(enumerate(self._geoms))
+        for i, (body, friction, wheel) in geoms:
+            for j, (other, others_friction, others_wheel) in geoms[i + 1 :]:
+                if wheel or others_wheel or body == other or {body, other} <= self._fixed:
+                    continue
+                both = friction * others_friction
+                self._spec.add_pair(
+                    geomname1=f"g{i}", geomname2=f"g{j}", condim=3, friction=(both, both, 0.0, 0.0, 0.0)
+                )
+
+    def _place_of(self, body: int) -> int:
+        at = self._qpos_of[body]
+        if at < 0:
+            raise LookupError(f"body {body} never moves: nothing is asked of it")
+        return at
+
+    def _turn_as(self, body: int) -> None:
+        """Sets the axes of `_turned` to a body's own."""
+        at, qpos = self._place_of(body) + 3, self._qpos
+        w, x, y, z = qpos[at], qpos[at + 1], qpos[at + 2], qpos[at + 3]
+        self._xx, self._xy, self._xz = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+        self._yx, self._yy, self._yz = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+        self._zx, self._zy, self._zz = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+
+    def _turned(self, a: float, b: float, c: float) -> Vec3:
+        """A vector in the axes of the body of the last `_turn_as`, in the world's."""
         return (
-            a * (1 - 2 * (y * y + z * z)) + b * 2 * (x * y - w * z) + c * 2 * (x * z + w * y),
-            a * 2 * (x * y + w * z) + b * (1 - 2 * (x * x + z * z)) + c * 2 * (y * z - w * x),
-            a * 2 * (x * z - w * y) + b * 2 * (y * z + w * x) + c * (1 - 2 * (x * x + y * y)),
+            a * self._xx + b * self._xy + c * self._xz,
+            a * self._yx + b * self._yy + c * self._yz,
+            a * self._zx + b * self._zy + c * self._zz,
         )
 
     def _contacts(self) -> tuple[set[int], set[tuple[int, int]]]:

@@ -125,7 +125,8 @@ class Robot:
                 return field.name, f"got {value:g}, expected {expected}"
         most = self.length - 2 * self.wheel_radius - _BEHIND * self.scale
         if self.wheelbase > most * (1 + _ROUNDING):
-            return "wheelbase", f"got {self.wheelbase:g}, expected at most {most:.4g}, with the wheels behind the bumper"
+            behind = "so that the wheels are behind the bumper"
+            return "wheelbase", f"got {self.wheelbase:g}, expected at most {most:.4g}, {behind}"
         most = _LARGER * STANDARD.radius * self.scale
         if self.radius > most:
             return "length", (

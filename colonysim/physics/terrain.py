@@ -5,42 +5,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from colonysim.physics.pits import WALL, Pit, closest, has_room
 from colonysim.physics.shapes import Slab
 
-_FRAME = 0.7
-"""Width of the strips round a rotated pit, metres."""
+__all__ = ["Ground", "Pit", "Ramp", "Terrain"]
+
 _LEVEL = 0.02
 _MIN_THICKNESS = 0.4
-
-
-@dataclass(frozen=True, slots=True)
-class Pit:
-    """A square pit: centre, heading of its sides, side length, height of its rim, and depth."""
-
-    x: float
-    y: float
-    yaw: float
-    side: float = 1.2
-    rim: float = 0.0
-    depth: float = 0.25
-
-    def local(self, x: float, y: float) -> tuple[float, float]:
-        """A point in the pit's own axes."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return c * (x - self.x) + s * (y - self.y), -s * (x - self.x) + c * (y - self.y)
-
-    def contains(self, x: float, y: float, margin: float = 0.0) -> bool:
-        """Whether a point lies within the pit's walls, or within `margin` outside of them."""
-        reach = self.side + 2 * margin
-        if abs(x - self.x) > reach or abs(y - self.y) > reach:
-            return False
-        u, v = self.local(x, y)
-        return max(abs(u), abs(v)) <= self.side / 2 + margin
-
-    def distance(self, x: float, y: float) -> float:
-        """Distance of a point from the pit's square, 0 inside."""
-        u, v = self.local(x, y)
-        return math.hypot(max(0.0, abs(u) - self.side / 2), max(0.0, abs(v) - self.side / 2))
+_SAMPLED = 0.2
+"""Round pits the ground is looked at in steps of this length, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,37 +86,61 @@ class Terrain:
     def __post_init__(self) -> None:
         for pit in self.pits:
             if not any(g.contains(pit.x, pit.y) and abs(g.z - pit.rim) < _LEVEL for g in self.grounds):
-                raise ValueError(f"no ground at the rim height {pit.rim} around the pit at {pit.x}, {pit.y}")
-            half = pit.side / 2
-            corners = [(pit.x + u, pit.y + v) for u in (-half, 0.0, half) for v in (-half, 0.0, half)]
-            if any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in corners):
-                raise ValueError(f"a ramp or its landing lies over the pit at {pit.x:.2f}, {pit.y:.2f}")
-        for i, one in enumerate(self.pits):
-            for other in self.pits[i + 1 :]:
-                gap = math.hypot(one.x - other.x, one.y - other.y)
-                if gap < (one.side / 2 + _FRAME + other.side / 2) * math.sqrt(2):
-                    raise ValueError(
-                        f"the pits at {one.x}, {one.y} and {other.x}, {other.y} are {gap:.2f} m apart, "
-                        "too close for the ground between them"
-                    )
+                raise ValueError(f"no ground at the rim's height, {pit.rim:.2f} m, round {_named(pit)}")
+            if self._is_under_ramp(pit):
+                raise ValueError(f"a ramp or its landing lies over {_named(pit)}")
+        if crowded := closest(self.pits):
+            one, other = (self.pits[i] for i in crowded)
+            raise ValueError(f"{_named(one)} and {_named(other)} leave too little ground between them")
 
     def height(self, x: float, y: float) -> float:
         """Nominal height of the surface (the floor inside a pit); minus infinity off the ground."""
         for pit in self.pits:
             if pit.contains(x, y):
                 return pit.rim - pit.depth
+        return self._top(x, y)
+
+    def _top(self, x: float, y: float) -> float:
+        """Height of ground and ramps, pits left out."""
         heights = [g.z for g in self.grounds if g.contains(x, y)]
         heights += [h for ramp in self.ramps if (h := ramp.height(x, y)) is not None]
         return max(heights, default=-math.inf)
 
+    def carries(self, pit: Pit, narrow: bool = True) -> bool:
+        """Whether there is level ground for a pit's walls, and nothing lower where its frame would stand out.
+
+        Args:
+            pit: The pit; it may be one of the terrain's or not.
+            narrow: Which frame.
+        """
+        walls, *strips = pit.rectangles(WALL, narrow)
+        if any(abs(self._top(x, y) - pit.rim) >= _LEVEL for x, y in _sampled(walls)):
+            return False
+        if self._is_under_ramp(pit):
+            return False
+        tops = (self._top(x, y) for strip in strips for x, y in _sampled(strip))
+        return all(top == -math.inf or abs(top - pit.rim) < _LEVEL for top in tops)
+
+    def _is_under_ramp(self, pit: Pit) -> bool:
+        hole = pit.rectangles(0.0)[0]
+        return any(ramp.height(x, y) is not None for ramp in self.ramps for x, y in _sampled(hole))
+
     def slabs(self) -> Iterator[Slab]:
         """The fixed boxes that make up the ground: tiles, frames and floors of pits, ramps."""
         thickness = max([_MIN_THICKNESS, *(pit.depth + 0.2 for pit in self.pits)])
+        narrow = [
+            not pit.is_straight and not (has_room(pit, self.pits) and self.carries(pit, narrow=False))
+            for pit in self.pits
+        ]
         for ground in self.grounds:
-            cuts = [_cut(pit) for pit in self.pits if ground.z > pit.rim - pit.depth]
+            cuts = [
+                _cut(pit, is_narrow)
+                for pit, is_narrow in zip(self.pits, narrow, strict=True)
+                if ground.z > pit.rim - pit.depth
+            ]
             yield from _tiles(ground, cuts, thickness)
-        for pit in self.pits:
-            yield from _pit_slabs(pit, thickness)
+        for pit, is_narrow in zip(self.pits, narrow, strict=True):
+            yield from _pit_slabs(pit, is_narrow, thickness)
         for ramp in self.ramps:
             yield from _ramp_slabs(ramp)
 
@@ -151,20 +148,25 @@ class Terrain:
 _Rectangle = tuple[float, float, float, float]
 
 
-def _spread(yaw: float) -> float:
-    """Ratio of the width along the axes of a rotated square to its side."""
-    return abs(math.cos(yaw)) + abs(math.sin(yaw))
+def _named(pit: Pit) -> str:
+    return f"the pit at {pit.x:.2f}, {pit.y:.2f} m"
 
 
-def _is_straight(pit: Pit) -> bool:
-    return _spread(pit.yaw) < 1 + 1e-9
+def _sampled(rectangle: tuple[float, float, float, float, float]) -> Iterator[tuple[float, float]]:
+    """Places all over a rectangle, up to its border."""
+    x, y, yaw, half_u, half_v = rectangle
+    half_u, half_v = half_u - 1e-6, half_v - 1e-6
+    c, s = math.cos(yaw), math.sin(yaw)
+    across, along = (math.ceil(2 * half / _SAMPLED) for half in (half_u, half_v))
+    for i in range(across + 1):
+        for j in range(along + 1):
+            u, v = half_u * (2 * i / across - 1), half_v * (2 * j / along - 1)
+            yield x + c * u - s * v, y + s * u + c * v
 
 
-def _cut(pit: Pit) -> _Rectangle:
-    """What the ground's tiles leave free: the pit itself, or room between it and its frame's border."""
-    half = pit.side / 2
-    if not _is_straight(pit):
-        half = (half * _spread(pit.yaw) + (half + _FRAME) / _spread(pit.yaw)) / 2
+def _cut(pit: Pit, narrow: bool) -> _Rectangle:
+    """What the ground's tiles leave free."""
+    half = pit.cut(narrow)
     return pit.x - half, pit.y - half, pit.x + half, pit.y + half
 
 
@@ -189,20 +191,12 @@ def _tile(xmin: float, ymin: float, xmax: float, ymax: float, top: float, thickn
     )
 
 
-def _pit_slabs(pit: Pit, thickness: float) -> Iterator[Slab]:
+def _pit_slabs(pit: Pit, narrow: bool, thickness: float) -> Iterator[Slab]:
     half = pit.side / 2
     floor = pit.rim - pit.depth
     yield Slab((pit.x, pit.y, floor - 0.1), (half + 0.1, half + 0.1, 0.1), pit.yaw)
-    if _is_straight(pit):
-        return
     c, s = math.cos(pit.yaw), math.sin(pit.yaw)
-    middle, strip = half + _FRAME / 2, _FRAME / 2
-    for u, v, half_u, half_v in (
-        (0.0, middle, half + _FRAME, strip),
-        (0.0, -middle, half + _FRAME, strip),
-        (middle, 0.0, strip, half),
-        (-middle, 0.0, strip, half),
-    ):
+    for u, v, half_u, half_v in pit.frame(narrow):
         yield Slab(
             (pit.x + c * u - s * v, pit.y + s * u + c * v, pit.rim - thickness / 2),
             (half_u, half_v, thickness / 2),

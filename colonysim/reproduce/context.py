@@ -45,7 +45,7 @@ class Context:
         paper: What the paper reports.
         evidence: The trials.
         trainings: Stored trainings of the push, if there are any.
-        bullet_from: Where the runs on Bullet come from, if they were not run here.
+        stored_in: For each engine whose runs were not made here, the name of the file that they come from.
         judged: All verdicts so far.
         gaps: What could not be shown, and why.
     """
@@ -55,7 +55,7 @@ class Context:
     paper: Paper
     evidence: Evidence
     trainings: Trainings | None
-    bullet_from: str | None
+    stored_in: Mapping[str, str]
     judged: list[Judged] = field(default_factory=list)
     gaps: list[str] = field(default_factory=list)
 

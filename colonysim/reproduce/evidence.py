@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.errors import ColonysimError
 from colonysim.jsonlines import described, read_lines
+from colonysim.physics import ENGINES
 from colonysim.sweep.tables import EPISODE
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from colonysim.sweep import Store, Trial
 
-__all__ = ["Evidence", "Measured", "found_by", "stored_lines", "stored_on_bullet"]
+__all__ = ["Evidence", "Measured", "found_by", "stored_in_physics", "stored_lines"]
 
 Measure = Literal["steps", "success", "sim_seconds"]
 
@@ -103,29 +104,35 @@ def found_by(trials: Iterable[Trial], store: Store) -> tuple[list[Measured], lis
     return measured, missing
 
 
-def stored_on_bullet(path: Path) -> tuple[list[Measured], list[str]]:
-    """Runs on Bullet that `benchmarks/bullet_tables.py` has stored: preset `colony`, several executors.
+def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
+    """Runs in physics that `benchmarks/physics_tables.py` has stored: one engine, preset `colony`, several executors.
+
+    Rows from before there was a second engine do not name theirs, Bullet.
 
     Returns:
-        The runs, and what is wrong with the lines that are damaged: nothing, or one text.
+        The engine, the runs, and what is wrong with the lines that are damaged: nothing, or one text.
 
     Raises:
-        ColonysimError: The file cannot be read, or is none of these.
+        ColonysimError: The file cannot be read, is none of these, or holds runs on several engines.
     """
     rows, gaps = stored_lines(
         path, {"map": str, "push": str, "seed": int, "episodes": [_EPISODE]}, ("map", "push", "seed"),
-        "runs on Bullet as benchmarks/bullet_tables.py stores them",
+        "runs in physics as benchmarks/physics_tables.py stores them",
     )  # fmt: skip
+    engines = sorted({str(row.get("engine", "bullet")) for row in rows})
+    if len(engines) > 1 or not set(engines) <= set(ENGINES):
+        found = ", ".join(engines)
+        raise ColonysimError(f"{path}: holds runs on {found}; expected a file of one engine, {' or '.join(ENGINES)}")
     measured = []
     for row in rows:
         name, _, variant = row["map"].partition(":")
         settings = {
-            "scenario": name, "variant": variant or ("r20-4" if name == "hard" else None), "backend": "bullet",
+            "scenario": name, "variant": variant or ("r20-4" if name == "hard" else None), "backend": engines[0],
             "policy": "colony", "mode": "asynchronous", "backend.push": row["push"],
         }  # fmt: skip
         episodes = tuple({"episode": number, **episode} for number, episode in enumerate(row["episodes"], 1))
         measured.append(Measured(settings, {}, row["seed"], episodes))
-    return measured, gaps
+    return engines[0], measured, gaps
 
 
 _EPISODE = {"steps": int, "success": float, "ended": str, "sim_seconds": float, "seated": int}

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim import __version__
 from colonysim.errors import ColonysimError
 from colonysim.files import alone, replace_file
+from colonysim.physics import engine_trouble
 from colonysim.processes import refuse_unguarded
 from colonysim.reproduce import plans
 from colonysim.reproduce.context import Context
 from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown
-from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_on_bullet
+from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_in_physics
 from colonysim.reproduce.judging import RULE, WORDS
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.push import Trainings
 from colonysim.reproduce.push_study import push_part
-from colonysim.reproduce.studies import ablation_part, asynchrony_part, bullet_part, drawings_part, nodeworld_part
+from colonysim.reproduce.studies import ablation_part, asynchrony_part, drawings_part, nodeworld_part, physics_part
 from colonysim.suggest import nearest
 from colonysim.sweep import Store, run_planned
 
@@ -41,14 +41,14 @@ class Study:
         places: The paper's figures and tables that it is about.
         part: Makes its blocks.
         trials: The sweeps it needs.
-        bullet: Whether it needs PyBullet.
+        physics: Whether it needs a rigid-body engine.
     """
 
     title: str
     places: str
     part: Callable[[Context], list[Block]]
     trials: Callable[[plans.Size], list[dict[str, Any]]] = lambda size: []
-    bullet: bool = False
+    physics: bool = False
 
 
 def _drawings(study: str, *names: str) -> Callable[[Context], list[Block]]:
@@ -59,8 +59,8 @@ STUDIES = {
     "performance-nodeworld": Study(
         "Performance on the node world", "PerformanceEasyMedium, HardResults", nodeworld_part, plans.nodeworld
     ),
-    "performance-bullet": Study(
-        "Performance on Bullet", "PerformanceEasyMedium, HardResults", bullet_part, plans.bullet, bullet=True
+    "performance-physics": Study(
+        "Performance in physics", "PerformanceEasyMedium, HardResults", physics_part, plans.physics, physics=True
     ),
     "ablation-sanity": Study(
         "Ablations on sanity", "AblationSanity", lambda context: ablation_part(context, "sanity"),
@@ -93,15 +93,15 @@ STUDIES = {
             "pheromones-hard", "hard-D", "hard-trajectories", "hard-r5-4-H", "hard-r5-6-H", "hard-r5-6-trajectories"
         ),
     ),
-    "trajectories-bullet": Study(
-        "Trajectories on Bullet",
+    "trajectories-physics": Study(
+        "Trajectories in physics",
         "EasyTrajectoryFirst, EasyTrajectoryThird, EasyTrajectoryFourth, MediumTrajectoryFirst, HardTrajectoriesEnd",
-        _drawings("trajectories-bullet", "bullet-easy", "bullet-medium", "bullet-hard"), bullet=True,
+        _drawings("trajectories-physics", "physics-easy", "physics-medium", "physics-hard"), physics=True,
     ),
     "push": Study("The push", "SingleDDQNAblation, PolicyStyleTest", push_part),
 }  # fmt: skip
 """What can be reproduced, by name."""
-_STORED = "performance-bullet"
+_STORED = "performance-physics"
 """The study whose runs may be taken from a file."""
 _TRAINED = "push"
 """The study that needs trainings."""
@@ -130,7 +130,7 @@ def reproduce(
     *,
     size: plans.Size = plans.FULL,
     workers: int | None = None,
-    bullet: str | Path | None = None,
+    physics: Sequence[str | Path] = (),
     trainings: str | Path | None = None,
     on_outcome: Callable[[Outcome, int, int], None] | None = None,
     on_study: Callable[[str], None] | None = None,
@@ -142,13 +142,14 @@ def reproduce(
         names: Which of `STUDIES`; all if empty.
         size: How much is run.
         workers: Trials at a time; None: one for each processor.
-        bullet: Stored runs on Bullet to take instead of running them.
+        physics: Files of stored runs in physics, one for each engine, to take instead of running them.
         trainings: Stored trainings of the push; by default those that come with the package.
         on_outcome: Called when a trial begins or ends, with how many are done and how many there are.
         on_study: Called with the name of each study before it is written.
 
     Raises:
-        ColonysimError: There is no such study, something needed is not installed, or a file cannot be read or written.
+        ColonysimError: There is no such study, something needed is not installed, a file cannot be read or written, or
+            two of them hold runs on the same engine.
     """
     refuse_unguarded()
     out = Path(out)
@@ -156,16 +157,27 @@ def reproduce(
         if name not in STUDIES:
             raise ColonysimError(f"nothing to reproduce by the name {name!r}; {nearest(name, STUDIES)}")
     chosen = {name: study for name, study in STUDIES.items() if name in names or not names}
-    for given, what, needed in ((bullet, "runs on Bullet", _STORED), (trainings, "trainings", _TRAINED)):
-        if given is not None and needed not in chosen:
+    asked_for = [(given, "runs in physics", _STORED) for given in physics]
+    asked_for += [(trainings, "trainings", _TRAINED)] if trainings is not None else []
+    for given, what, needed in asked_for:
+        if needed not in chosen:
             raise ColonysimError(f"{given}: stored {what} are of use to {needed!r} only, which is not asked for")
-    kept, gaps = stored_on_bullet(Path(bullet)) if bullet else ([], [])
+    kept: list[Measured] = []
+    gaps: list[str] = []
+    stored_in: dict[str, str] = {}
+    for given in physics:
+        engine, runs, damaged = stored_in_physics(Path(given))
+        if engine in stored_in:
+            raise ColonysimError(f"{given}: holds runs on {engine}, as {stored_in[engine]} does; give one of them")
+        stored_in[engine] = Path(given).name
+        kept += runs
+        gaps += damaged
     source = Path(trainings) if trainings else stored("push_ablation.jsonl")
     trained, damaged = Trainings.read(source) if source else (None, [])
     gaps += damaged
-    if find_spec("pybullet") is None:
-        without = [name for name, study in chosen.items() if study.bullet and not (kept and name == _STORED)]
-        gaps += [f"{name}: PyBullet is not installed; pip install 'colonysim[bullet]'." for name in without]
+    if trouble := engine_trouble(size.engine):
+        without = [name for name, study in chosen.items() if study.physics and not (kept and name == _STORED)]
+        gaps += [f"{name}: {trouble}" for name in without]
         chosen = {name: study for name, study in chosen.items() if name not in without}
     documents = [
         document for name, study in chosen.items() if not (kept and name == _STORED) for document in study.trials(size)
@@ -180,14 +192,14 @@ def reproduce(
             gaps += [f"trial {line}" for line in missing]
         context = Context(
             out=out, size=size, paper=the_paper(), evidence=Evidence([*measured, *kept]), trainings=trained,
-            bullet_from=Path(bullet).name if bullet else None, gaps=gaps,
+            stored_in=stored_in, gaps=gaps,
         )  # fmt: skip
         parts: list[Block] = []
         for name, study in chosen.items():
             if on_study is not None:
                 on_study(name)
             parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
-        blocks = [*_opening(context, _asked(list(chosen), size, bullet, trainings)), *parts]
+        blocks = [*_opening(context, _asked(list(chosen), size, physics, trainings)), *parts]
         markdown, page = out / "reproduction.md", out / "reproduction.html"
         replace_file(markdown, as_markdown(blocks))
         replace_file(page, as_html(blocks, out))
@@ -235,14 +247,17 @@ def _difference(figure: Any, digits: int) -> str:
     return figure.shown(digits, sign=True) if figure else "-"
 
 
-def _asked(names: Sequence[str], size: plans.Size, bullet: str | Path | None, trainings: str | Path | None) -> str:
+def _asked(
+    names: Sequence[str], size: plans.Size, physics: Sequence[str | Path], trainings: str | Path | None
+) -> str:
     """The command's arguments; of files the name, for where they lie is nobody else's business."""
     words = [] if list(names) == list(STUDIES) else list(names)
-    quick = size == replace(plans.QUICK, seeds=size.seeds, first_seed=size.first_seed)
+    quick = size == replace(plans.QUICK, seeds=size.seeds, first_seed=size.first_seed, engine=size.engine)
     words += ["--quick"] if quick else []
     usual = plans.QUICK if quick else plans.FULL
     words += [f"--seeds {size.seeds}"] if size.seeds != usual.seeds else []
     words += [f"--first-seed {size.first_seed}"] if size.first_seed != usual.first_seed else []
-    words += [f"--bullet {Path(bullet).name}"] if bullet else []
+    words += [f"--engine {size.engine}"] if size.engine != usual.engine else []
+    words += [f"--physics {Path(given).name}" for given in physics]
     words += [f"--trainings {Path(trainings).name}"] if trainings else []
     return "".join(f" {word}" for word in words)

@@ -11,8 +11,8 @@ from colonysim.sweep.plan import Limits
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["ABLATED", "FULL", "HARD", "MAPS", "PRESETS", "QUICK", "Size", "ablation", "asked", "asynchrony", "bullet",
-           "joined", "nodeworld"]  # fmt: skip
+__all__ = ["ABLATED", "FULL", "HARD", "MAPS", "PRESETS", "QUICK", "Size", "ablation", "asked", "asynchrony", "joined",
+           "nodeworld", "physics"]  # fmt: skip
 
 HARD = ("r20-4", "r5-4", "r5-6")
 MAPS: tuple[tuple[str, str | None], ...] = (("easy", None), ("medium", None), *(("hard", name) for name in HARD))
@@ -35,25 +35,27 @@ ABLATED: dict[str, dict[str, tuple[float, ...]]] = {
 
 @dataclass(frozen=True)
 class Size:
-    """How much is run.
+    """How much is run, and on which engine.
 
     Attributes:
         seeds: Seeds of each setting on the node world.
-        first_seed: The first of them, and of those on Bullet.
+        first_seed: The first of them, and of those in physics.
         episodes: Episodes of a run on the node world.
-        bullet_seeds: Seeds of each map on Bullet.
-        bullet_episodes: Episodes of a run on Bullet.
+        physics_seeds: Seeds of each map in physics.
+        physics_episodes: Episodes of a run in physics.
         drawn: Seeds of the recorded runs whose pheromones are looked at.
-        driven: Episodes of the runs on Bullet whose trajectories are drawn.
+        driven: Episodes of the runs in physics whose trajectories are drawn.
+        engine: The rigid-body engine of what is run in physics.
     """
 
     seeds: int = 20
     first_seed: int = 1000
     episodes: int = 30
-    bullet_seeds: int = 3
-    bullet_episodes: int = 20
+    physics_seeds: int = 3
+    physics_episodes: int = 20
     drawn: int = 12
     driven: int = 10
+    engine: str = "bullet"
 
     def late(self) -> tuple[int, int]:
         """First and last of the episodes after the pheromones have settled on the node world: the last third."""
@@ -61,7 +63,7 @@ class Size:
 
 
 FULL = Size()
-QUICK = replace(FULL, seeds=8, bullet_seeds=1, bullet_episodes=3, drawn=6, driven=4)
+QUICK = replace(FULL, seeds=8, physics_seeds=1, physics_episodes=3, drawn=6, driven=4)
 
 
 def _document(size: Size, maps: Iterable[tuple[str, str | None]], **more: Any) -> dict[str, Any]:
@@ -75,11 +77,11 @@ def nodeworld(size: Size) -> list[dict[str, Any]]:
     return [_document(size, [("sanity", None), *MAPS], modes=["asynchronous"])]
 
 
-def bullet(size: Size) -> list[dict[str, Any]]:
+def physics(size: Size) -> list[dict[str, Any]]:
     """The preset `colony` on the paper's maps with rigid bodies."""
-    body = [{"name": "bullet", "push": "staged"}]
-    seeds = {"count": size.bullet_seeds, "first": size.first_seed}
-    few = {"policies": ["colony"], "seeds": seeds, "episodes": size.bullet_episodes}
+    body = [{"name": size.engine, "push": "staged"}]
+    seeds = {"count": size.physics_seeds, "first": size.first_seed}
+    few = {"policies": ["colony"], "seeds": seeds, "episodes": size.physics_episodes}
     return [_document(size, MAPS, modes=["asynchronous"], backends=body) | few]
 
 

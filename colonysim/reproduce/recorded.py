@@ -27,7 +27,10 @@ _RECORD = ("deposits", "poses", "controls", "frames")
 
 @dataclass(frozen=True)
 class Recording:
-    """What is run: as in the paper, the node world acts at once on sanity and easy, else in its own time."""
+    """What is run: as in the paper, the node world acts at once on sanity and easy, else in its own time.
+
+    The backend "physics" stands for the engine of a reproduction.
+    """
 
     scenario: str
     variant: str | None = None
@@ -39,6 +42,10 @@ class Recording:
         """The same with another policy."""
         return replace(self, policy=policy)
 
+    def on(self, engine: str) -> Recording:
+        """The same with the rigid-body engine in the place of "physics"."""
+        return replace(self, backend=engine) if self.backend == "physics" else self
+
 
 RUNS = {
     "sanity": Recording("sanity"),
@@ -49,9 +56,9 @@ RUNS = {
     "hard-r5-4": Recording("hard", "r5-4", mode="asynchronous"),
     "hard-r5-6": Recording("hard", "r5-6", mode="asynchronous"),
     "hard-r5-6-colony": Recording("hard", "r5-6", "colony", "asynchronous"),
-    "bullet-easy": Recording("easy", None, "colony", "asynchronous", "bullet"),
-    "bullet-medium": Recording("medium", None, "colony", "asynchronous", "bullet"),
-    "bullet-hard": Recording("hard", "r20-4", "colony", "asynchronous", "bullet"),
+    "physics-easy": Recording("easy", None, "colony", "asynchronous", "physics"),
+    "physics-medium": Recording("medium", None, "colony", "asynchronous", "physics"),
+    "physics-hard": Recording("hard", "r20-4", "colony", "asynchronous", "physics"),
 }
 
 
@@ -83,9 +90,9 @@ DRAWINGS = {
     "hard-r5-4-H": Drawing("hard-r5-4", "H", (1, 0), hole=29),
     "hard-r5-6-H": Drawing("hard-r5-6", "H", (1, 0), hole=29),
     "hard-r5-6-trajectories": Drawing("hard-r5-6-colony", "trajectories", (0,)),
-    "bullet-easy": Drawing("bullet-easy", "trajectories", (1, 3, 4)),
-    "bullet-medium": Drawing("bullet-medium", "trajectories", (1, 3, 4)),
-    "bullet-hard": Drawing("bullet-hard", "trajectories", (1, 0)),
+    "physics-easy": Drawing("physics-easy", "trajectories", (1, 3, 4)),
+    "physics-medium": Drawing("physics-medium", "trajectories", (1, 3, 4)),
+    "physics-hard": Drawing("physics-hard", "trajectories", (1, 0)),
 }
 
 
@@ -94,12 +101,13 @@ def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None)
 
     Args:
         what: What is run.
-        size: Its episodes; its first seed is the default.
+        size: Its episodes and its engine; its first seed is the default.
         folder: Holds a directory for each run.
         seed: Another seed.
     """
     seed = size.first_seed if seed is None else seed
-    episodes = size.driven if what.backend == "bullet" else size.episodes
+    episodes = size.driven if what.backend == "physics" else size.episodes
+    what = what.on(size.engine)
     words = (what.scenario, what.variant, what.policy, what.mode, what.backend, f"s{seed}", str(episodes))
     directory = folder / "-".join(word for word in words if word)
     if directory.exists():
@@ -127,13 +135,22 @@ def _is_as_now(there: Run, what: Recording) -> bool:
 
 
 def drawn(name: str, size: Size, runs: Path, images: Path) -> Path:
-    """Draws one of `DRAWINGS`, unless its image is there already, and newer than the run."""
+    """Draws one of `DRAWINGS`, unless its image is there already, and newer than the run.
+
+    Runs in physics are drawn in any case: the name of the image does not tell the engine.
+    """
     from colonysim.plots import draw
 
     what = DRAWINGS[name]
     image = images / f"{name}.png"
     source = recorded(RUNS[what.run], size, runs)
-    if source.path is None or not image.exists() or image.stat().st_mtime < (source.path / MANIFEST).stat().st_mtime:
+    current = (
+        RUNS[what.run].backend != "physics"
+        and source.path is not None
+        and image.exists()
+        and image.stat().st_mtime >= (source.path / MANIFEST).stat().st_mtime
+    )
+    if not current:
         last = source.episodes[-1].episode
         chosen = tuple(dict.fromkeys(min(number, last) or last for number in what.episodes))
         [made] = draw(

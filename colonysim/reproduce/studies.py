@@ -6,6 +6,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from colonysim.intervals import wilson
+from colonysim.physics import ENGINES
 from colonysim.reproduce.document import Block, Picture, Table, Text
 from colonysim.reproduce.facts import FACTS
 from colonysim.reproduce.judging import WITHIN, Figure, Verdict, level, share
@@ -16,9 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from colonysim.reproduce.context import Context
-    from colonysim.reproduce.evidence import Evidence
+    from colonysim.reproduce.evidence import Evidence, Measured
 
-__all__ = ["ablation_part", "asynchrony_part", "bullet_part", "drawings_part", "nodeworld_part"]
+__all__ = ["ablation_part", "asynchrony_part", "drawings_part", "nodeworld_part", "physics_part"]
 
 DIGITS = {"steps": 1, "success": 3, "sim_seconds": 1}
 _BOTH = [(f"`{preset}`", {"policy": preset}) for preset in PRESETS]
@@ -34,12 +35,20 @@ def _label(name: str, variant: str | None) -> str:
 
 
 def _performance(
-    context: Context, study: str, backend: str, groups: Sequence[tuple[str, dict[str, Any]]], late: tuple[int, int]
+    context: Context, study: str, kind: str, groups: Sequence[tuple[str, dict[str, Any]]], late: tuple[int, int]
 ) -> Block:
-    """The paper's rows beside ours, each judged in steps and success."""
+    """The paper's rows beside ours, each judged in steps and success.
+
+    Args:
+        context: The reproduction.
+        study: Its name.
+        kind: Under which name the paper's reasons stand: "nodeworld" or "physics".
+        groups: Label and settings, the backend among them, of what is set beside the paper.
+        late: First and last episode after the pheromones have settled.
+    """
     rows = []
     for row, (label, more) in product(context.paper.performance, groups):
-        where = {"scenario": row.map, "variant": row.variant, "backend": backend, "mode": "asynchronous", **more}
+        where = {"scenario": row.map, "variant": row.variant, "mode": "asynchronous", **more}
         found = context.evidence.matching(where)
         if not found.trials:
             context.gaps.append(f"{study}: no run of {row.label} with {label}.")
@@ -51,7 +60,7 @@ def _performance(
             verdict = level(ours, reported, measure)
             digits = DIGITS[measure]
             word = context.judge(study, f"{measure} on {row.label} (`{row.place}`)", label, verdict, digits)
-            reason = context.paper.reasons[backend][measure].get(verdict.side or "", "")
+            reason = context.paper.reasons[kind][measure].get(verdict.side or "", "")
             words.append(f"{word} ({verdict.side}): {reason}" if reason else word)
             cells += [f"{reported.mean:g} ± {reported.sd:g}", ours.shown(digits) if ours else "-"]
         played = [e for trial in found.trials for e in trial.episodes if late[0] <= e["episode"] <= late[1]]
@@ -72,38 +81,51 @@ def _performance(
 def nodeworld_part(context: Context) -> list[Block]:
     """The performance tables without physics, under both presets."""
     study, size = "performance-nodeworld", context.size
+    groups = [(label, {**more, "backend": "nodeworld"}) for label, more in _BOTH]
     return [
         Text(
             f"Node world, agents in their own time, {size.episodes} episodes a run, seeds {_seeds(context)}. All "
             "episodes count against the paper's figures, which are those of its physics; of which episodes, and "
             "of how many, it does not say. What is to be had once the pheromones have settled stands beside them."
         ),
-        _performance(context, study, "nodeworld", _BOTH, size.late()),
+        _performance(context, study, "nodeworld", groups, size.late()),
         *context.claims(study, _BOTH, size.late()),
     ]
 
 
-def bullet_part(context: Context) -> list[Block]:
-    """The performance tables with rigid bodies."""
-    study, trials = "performance-bullet", context.evidence.trials
-    driven = [trial for trial in trials if trial.settings["backend"] == "bullet"]
-    pushes = sorted({str(trial.settings["backend.push"]) for trial in driven})
-    groups = [(f"`colony`, `{push}`", {"policy": "colony", "backend.push": push}) for push in pushes]
-    seeds = sorted({trial.seed for trial in driven})
-    if not seeds:
-        context.gaps.append("performance-bullet: no run on Bullet has succeeded.")
-        return [Text("No run on Bullet has succeeded.")]
-    source = f"stored in `{context.bullet_from}`" if context.bullet_from else "run here"
+def physics_part(context: Context) -> list[Block]:
+    """The performance tables with rigid bodies, on one engine or on several."""
+    study = "performance-physics"
+    found = {engine: context.evidence.matching({"backend": engine}).trials for engine in ENGINES}
+    blocks: list[Block] = [
+        block for engine, trials in found.items() if trials for block in _driven(context, study, engine, trials)
+    ]
+    if not blocks:
+        context.gaps.append(f"{study}: no run has succeeded.")
+        return [Text("No run has succeeded.")]
+    return blocks
+
+
+def _driven(context: Context, study: str, engine: str, trials: Sequence[Measured]) -> list[Block]:
+    """What was found on one engine."""
+    pushes = sorted({str(trial.settings["backend.push"]) for trial in trials})
+    groups = [
+        (f"`colony`, `{push}`, {engine}", {"policy": "colony", "backend": engine, "backend.push": push})
+        for push in pushes
+    ]
+    seeds = sorted({trial.seed for trial in trials})
+    stored = context.stored_in.get(engine)
+    source = f"stored in `{stored}`" if stored else "run here"
     # Stored runs may be longer than those that would be run here.
-    length = max(len(trial.episodes) for trial in driven)
+    length = max(len(trial.episodes) for trial in trials)
     late = length // 2 + 1, length
-    claimed = [g for g in groups if "staged" in g[0]]
+    claimed = [group for group in groups if "staged" in group[0]]
     return [
         Text(
-            f"Rigid bodies in PyBullet, rules of `colony`, seeds {_row(seeds)}, {length} episodes a run, {source}. "
-            "`staged`, `rl` and `scripted` say who pushes."
+            f"Rigid bodies on the engine `{engine}`, rules of `colony`, seeds {_row(seeds)}, {length} episodes a run, "
+            f"{source}. `staged`, `rl` and `scripted` say who pushes."
         ),
-        _performance(context, study, "bullet", groups, late),
+        _performance(context, study, "physics", groups, late),
         *context.claims(study, claimed, late),
     ]
 
@@ -168,7 +190,7 @@ def drawings_part(context: Context, study: str, names: Sequence[str]) -> list[Bl
     blocks: list[Block] = []
     for name in names:
         drawn(name, context.size, context.runs, context.images)
-        what = RUNS[DRAWINGS[name].run]
+        what = RUNS[DRAWINGS[name].run].on(context.size.engine)
         acting = "in their own time" if what.mode == "asynchronous" else "all at once"
         place = f"{_label(what.scenario, what.variant)}, `{what.policy}`, {what.backend}"
         blocks += context.picture(name)

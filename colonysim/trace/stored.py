@@ -97,8 +97,9 @@ def _pieces(path: Path, schema: Any, most: int | None, episodes: Collection[int]
     wanted = None if episodes is None else pa.array(sorted(episodes), pa.int64())
     with opened_file(path, TraceError, _MOST_BYTES) as file:
         try:
+            # A thread of Arrow's that reads ahead may let go of the file while Python shuts down, which aborts.
             part = pq.ParquetFile(
-                file, read_dictionary=texts, page_checksum_verification=True,
+                file, pre_buffer=False, read_dictionary=texts, page_checksum_verification=True,
                 thrift_string_size_limit=_MOST_METADATA, thrift_container_size_limit=_MOST_METADATA,
             )  # fmt: skip
             about = part.metadata

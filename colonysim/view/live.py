@@ -37,7 +37,7 @@ class Live:
         ```python
         with Live() as live:
             print(live.address)
-            colonysim.run("hard", backend="bullet", tap=live, on_start=live.begin)
+            colonysim.run("hard", backend="physics", tap=live, on_start=live.begin)
         ```
     """
 

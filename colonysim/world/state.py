@@ -440,6 +440,7 @@ class World:
             changed.add(place.node)
             self.box_stray[place.box] = place.stray
             self.move_box(place.box, place.node)
+            self._let_go(place.box, agent)
         if node != origin:
             self._step(agent, node)
             changed.add(origin)
@@ -455,6 +456,13 @@ class World:
         elif outcome.keeps:
             self._keep(agent, outcome.keeps)
         return changed
+
+    def _let_go(self, box: int, mover: int) -> None:
+        """Ends another agent's hold of a box that was shoved off its node."""
+        holder = self.box_claim[box]
+        shoved = holder >= 0 and holder != mover and self.agent_box[holder] == box
+        if shoved and self.box_node[box] != self.agent_node[holder]:
+            self.agent_box[holder] = self.box_claim[box] = -1
 
     def arrive(self, agent: int, node: int, box: int, to: int) -> None:
         """`apply` without an `Outcome`, for a move that ended as `prospect` said and had reserved its target only.

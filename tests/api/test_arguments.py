@@ -197,8 +197,7 @@ def test_checkers_worlds_and_the_bench():
     assert invent("grid", columns=np.int64(4), seed=np.int64(2)) == invent("grid", columns=4, seed=2)
 
 
-def test_the_push(folder):
-    pytest.importorskip("pybullet")
+def test_the_push(folder, some_engine):
     from colonysim.cli.pushes import PushRecorder
     from colonysim.push.executors import make_executor
     from colonysim.push.training.evaluation import evaluate_push
@@ -206,7 +205,10 @@ def test_the_push(folder):
     each(lambda value: evaluate_push("scripted", episodes=value), "episodes", NO_COUNT)
     each(lambda value: evaluate_push("scripted", seed=value), "seed", NO_SEED)
     each(lambda value: evaluate_push("scripted", tries=value), "tries", NO_COUNT)
-    each(lambda value: PushRecorder(folder / "run", "scripted", episodes=value, seed=1), "episodes", NO_COUNT)
+    each(
+        lambda value: PushRecorder(folder / "run", "scripted", engine=some_engine, episodes=value, seed=1),
+        "episodes", NO_COUNT,
+    )  # fmt: skip
     for settings in ({"model": "push"}, {"ticks": 3}, {"chooser": "push-in"}, {"gate": lambda state: 1.0}):
         with pytest.raises(ColonysimError, match="'scripted'"):
             make_executor("scripted", **settings)

@@ -132,7 +132,9 @@ def test_what_a_drawing_would_not_show(run, folder):
         ("bench --list hard", "--list stands alone"),
         ("bench --list --json", "--list stands alone"),
         ("reproduce --list --quick", "--list stands alone"),
-        ("reproduce push -o out --bullet x.jsonl", "of use to 'performance-bullet' only"),
+        ("reproduce push -o out --physics x.jsonl", "of use to 'performance-physics' only"),
+        ("reproduce --list --engine mujoco", "--list stands alone"),
+        ("train push --set engine=mujoco -o here", "an option of its own, --engine"),
         ("reproduce hole-edge-case -o out --trainings x.jsonl", "of use to 'push' only"),
         ("results out --sql 'SELECT 1' --episodes 1-2", "--sql stands alone"),
         ("results out --sql 'SELECT 1' --by seed", "--sql stands alone"),
@@ -178,9 +180,8 @@ def test_a_run_that_could_not_start_leaves_no_directory(folder, out):
     assert colonysim.Run.open(out or "late").status == "failed"
 
 
-def test_a_place_that_bullet_cannot_build_leaves_no_directory(folder):
-    pytest.importorskip("pybullet")
+def test_a_place_that_physics_cannot_build_leaves_no_directory(folder, some_engine):
     document = colonysim.load_scenario("sanity").document | {"physics": {"xy_scale": 0.05}}
     with pytest.raises(ColonysimError):
-        colonysim.run(colonysim.scenario_from_document(document), backend="bullet", episodes=1)
+        colonysim.run(colonysim.scenario_from_document(document), backend=some_engine, episodes=1)
     assert not list(folder.iterdir())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from colonysim.backends.bullet import Bullet
+from colonysim.backends.physics import Physics
 from colonysim.randomness import Streams
 from colonysim.scenario.loading import scenario_from_document
 from colonysim.scenario.scenario import Scenario
@@ -61,8 +61,8 @@ def two_levels(direction: float, lower: int = 3, upper: int = 3) -> Scenario:
     )  # fmt: skip
 
 
-def started(scenario: Scenario, push: str = "scripted", seed: int = 0) -> tuple[Bullet, World]:
+def started(scenario: Scenario, push: str = "scripted", seed: int = 0) -> tuple[Physics, World]:
     """A backend that has begun an episode."""
-    backend, world = Bullet(push=push), World(scenario)
+    backend, world = Physics(push=push), World(scenario)
     backend.reset(world, Streams(seed))
     return backend, world

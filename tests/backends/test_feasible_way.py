@@ -7,11 +7,13 @@ import math
 import pytest
 from backends.places import LANE, place
 
-from colonysim.backends.bullet import Bullet
+from colonysim.backends.physics import Physics
 from colonysim.errors import ColonysimError
 from colonysim.randomness import Streams
 from colonysim.scenario.scenario import Scenario
 from colonysim.world.state import World
+
+pytestmark = pytest.mark.usefixtures("engine")
 
 CORNER = LANE | {
     "name": "corner",
@@ -21,8 +23,8 @@ CORNER = LANE | {
 """The box goes on to 2 and turns left into the hole: for that a robot has to stand below 2."""
 
 
-def begun(scenario: Scenario, feasibility: str | None) -> Bullet:
-    backend = Bullet(push="scripted", feasibility=feasibility)
+def begun(scenario: Scenario, feasibility: str | None) -> Physics:
+    backend = Physics(push="scripted", feasibility=feasibility)
     backend.reset(World(scenario), Streams(0))
     return backend
 
@@ -62,11 +64,11 @@ def test_only_the_chance_of_a_way_speaks_of_ways() -> None:
 
 
 def test_each_executor_has_the_estimate_that_was_made_for_it() -> None:
-    suited = {push: Bullet(push=push).feasibility for push in ("staged", "rl", "scripted")}
+    suited = {push: Physics(push=push).feasibility for push in ("staged", "rl", "scripted")}
     assert suited == {"staged": "way", "rl": "forest", "scripted": "geometry"}
-    assert Bullet(push="rl", feasibility="geometry").feasibility == "geometry"
+    assert Physics(push="rl", feasibility="geometry").feasibility == "geometry"
 
 
 def test_an_unknown_estimate_is_refused_with_the_nearest_one() -> None:
     with pytest.raises(ColonysimError, match=r"no feasibility 'ways'.*way"):
-        Bullet(feasibility="ways")
+        Physics(feasibility="ways")

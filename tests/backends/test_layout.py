@@ -18,6 +18,8 @@ from colonysim.push.task import PushTask
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 SHIPPED = ("easy", "medium", "hard", "sanity", "junction", "deadlock")
 
 NEEDED = {
@@ -142,7 +144,7 @@ def test_a_box_is_not_pushed_where_its_corner_would_run_against_a_step() -> None
 # -- maps of one's own -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi, 0.4, 2.2, -1.1])
+@pytest.mark.parametrize("turned", [0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi, 0.4, 0.785, 2.2, -1.1])
 def test_a_ramp_joins_two_levels_in_any_direction(turned: float) -> None:
     scenario = two_levels(turned)
     layout = lay_out(scenario)
@@ -239,23 +241,27 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
                 boxes=[[1, 0.35], [2, 0.35]],
                 agents=[0],
                 goal=4,
+                physics={"xy_scale": 0.8},
             ),
-            "physics",
-            "too close",
+            "holes.1",
+            "holes 2 and 3 are 0.96 m apart, with pits 1.20 m wide, expected at least 1.35 m; physics.xy_scale: 1.15",
         ),
         (
-            # The upper level doubles back over the lower one.
+            # The upper level leads across the lower one.
             lambda: place(
                 {
-                    "nodes": [[0, 0, 0, 1], [1, 2, 0, 1], [2, 4, 0, 1.5], [3, 3, 1, 1.5], [4, 1, 1, 1.5]],
-                    "edges": [[0, 1], [1, 2], [2, 3], [3, 4]],
+                    "nodes": [
+                        [0, 0, 0, 1], [1, 4, 0, 1], [2, 6, 0, 1.5], [3, 6, 3, 1.5], [4, 2, 1.5, 1.5], [5, 2, -1, 1.5],
+                    ],
+                    "edges": [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]],
                     "slopes": [[1, 2]],
                     "agents": [0],
-                    "goal": 4,
+                    "goal": 5,
                 }
             ),
-            "physics",
-            "overlap",
+            "edges.0",
+            "edge 0-1 (0.25 m high) and edge 4-5 (0.38 m high) are 0.00 m apart in the plane, expected at least 1.10 m;"
+            " no physics.xy_scale up to 6.40 would do",
         ),
         (
             lambda: place(LANE, physics={"terrain": TERRAIN | {"pits": [{"x": 30.0, "y": 0.0, "depth": 0.25}]}}),
@@ -272,7 +278,27 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
             "physics.terrain",
             "no ground under node 4",
         ),
-        (lambda: two_levels(0.785), "physics", "between 2 and 3 has a gap or a step"),
+        (
+            # A step that agents pass over on paper.
+            lambda: place(LANE, nodes=[[0, 0, 0], [1, 1.2, 0], [2, 2.4, 0], [3, 3.6, 0], [4, 4.8, 0, 0.2]]),
+            "edges.3",
+            "nodes 3 and 4 count as level (reach 0.3), and the step between them is 0.14 m high, expected less than"
+            " 0.02 m for wheels: list [3, 4] under slopes",
+        ),
+        (
+            lambda: place(
+                LANE,
+                nodes=[[0, 0, 0, 1.2], [1, 1.2, 0], [2, 2.4, 0], [3, 3.6, 0], [4, 4.8, 0]],
+                slopes=[[0, 1]],
+            ),
+            "slopes.0",
+            "slope 1-0 rises 0.86 m over 1.92 m, expected at least 2.86 m; physics.xy_scale: 2.4 would do",
+        ),
+        (
+            lambda: place(LANE, physics={"margin": 0.2}),
+            "physics.margin",
+            "0.2 m of ground beyond the outermost nodes, expected at least 0.45 m",
+        ),
         (
             lambda: place(
                 LANE,
@@ -286,7 +312,7 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
                     }
                 },
             ),
-            "physics",
+            "edges.3",
             "between 3 and 4 has a gap",
         ),
         (
@@ -296,8 +322,8 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
         ),
     ],
     ids=[
-        "narrow pit", "close pits", "levels overlap", "pit on no ground", "node on no ground", "oblique ramp", "gap",
-        "hole without a pit",
+        "narrow pit", "close pits", "levels cross", "pit on no ground", "node on no ground", "step", "steep", "margin",
+        "gap", "hole without a pit",
     ],
 )  # fmt: skip
 def test_what_cannot_be_built_is_answered_with_its_place(scenario: Any, field: str, words: str) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import io
 import json
 import sys
@@ -94,7 +95,7 @@ def test_a_run_without_pheromones_is_no_start() -> None:
         (("run", "hard", "--set", "policy.bata=2"), "did you mean 'beta'?"),
         (("run", "hard", "--variant", "r5"), "no variant 'r5'"),
         (("run", "hard", "--mode", "sync"), "'synchronous'"),
-        (("run", "hard", "--push", "rl"), "--backend bullet"),
+        (("run", "hard", "--push", "rl"), "--backend physics"),
         (("run", "hard", "--episodes", "0"), "--episodes"),
         (("run", "hard", "--from", "nowhere"), "no such run directory"),
         (("run", "hard", "--out", "."), "not empty"),
@@ -128,7 +129,8 @@ def test_lists() -> None:
     listed = json.loads(colonysim("scenarios", "--json").stdout)
     assert {"sanity", "easy", "medium", "hard"} <= {each["name"] for each in listed}
     found = {(e["kind"], e["name"]) for e in json.loads(colonysim("backends", "--json").stdout)}
-    assert {("backends", "nodeworld"), ("backends", "bullet"), ("policies", "paper"), ("fields", "D")} <= found
+    assert {("backends", name) for name in ("nodeworld", "bullet", "mujoco", "physics")} <= found
+    assert {("policies", "paper"), ("fields", "D")} <= found
     assert "hard" in colonysim("scenarios").stdout and "nodeworld" in colonysim("backends").stdout
 
 
@@ -154,21 +156,55 @@ def test_tables_can_be_exported() -> None:
     assert colonysim("export", "run", "--episodes", "3-1").exit_code == 2
 
 
-def test_bullet_without_pybullet_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    import colonysim.cli.extras as extras
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run hard --backend {}",
+        "evaluate push --engine {}",
+        "train push -o x --engine {}",
+        "train feasibility -o x --engine {}",
+        "train way -o x --engine {}",
+    ],
+)
+@pytest.mark.parametrize("name", ["bullet", "mujoco"])
+def test_an_engine_that_is_missing_is_named_with_the_command_that_installs_it(
+    name: str, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without(monkeypatch, "pybullet", "mujoco")
+    result = colonysim(*command.format(name).split())
+    assert result.exit_code == 2 and f"pip install 'colonysim[{name}]'" in result.stderr
 
-    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+
+def test_where_bullet_has_no_wheel_the_other_engine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    without(monkeypatch, "pybullet")
+    monkeypatch.setattr("colonysim.physics.engine._NO_BULLET", sys.version_info[:2])
     result = colonysim("run", "hard", "--backend", "bullet")
-    assert result.exit_code == 2 and "pip install 'colonysim[bullet]'" in result.stderr
-    monkeypatch.setattr(sys, "version_info", (3, 13, 1, "final", 0))
-    with pytest.raises(extras.MissingExtraError, match=r"up to CPython 3\.11 only and this is Python 3\.13"):
-        # The message is built from attributes, which a tuple lacks.
-        monkeypatch.setattr(sys, "version_info", _Version((3, 13, 1)))
-        extras.need_bullet()
+    assert result.exit_code == 2 and "no wheel for Python 3." in result.stderr
+    assert "'mujoco' runs here: pip install 'colonysim[mujoco]'" in result.stderr
 
 
-class _Version(tuple[int, ...]):
-    major, minor = 3, 13
+def test_backends_tells_versions_of_engines_and_what_is_missing(
+    some_engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def listed() -> dict[str, dict[str, str]]:
+        return {each["name"]: each for each in json.loads(colonysim("backends", "--json").stdout)}
+
+    there = listed()
+    assert there["nodeworld"]["version"] == "" and there[some_engine]["problem"] == ""
+    assert there["physics"]["version"] == there[some_engine]["version"]
+    assert any(char.isdigit() for char in there[some_engine]["version"])
+    assert there[some_engine]["version"] in colonysim("backends").stdout
+    without(monkeypatch, "pybullet", "mujoco")
+    missing = listed()
+    for name in ("bullet", "mujoco"):
+        assert f"pip install 'colonysim[{name}]'" in missing[name]["problem"]
+    assert missing["physics"]["problem"] == missing["bullet"]["problem"]
+
+
+def without(monkeypatch: pytest.MonkeyPatch, *modules: str) -> None:
+    """Lets modules look as if they were not installed."""
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *rest: None if name in modules else find(name, *rest))
 
 
 CRASH = """\

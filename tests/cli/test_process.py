@@ -12,7 +12,7 @@ COLONYSIM = [sys.executable, "-m", "colonysim"]
 
 
 def test_importing_the_package_is_free() -> None:
-    heavy = "{'numpy', 'torch', 'pybullet', 'matplotlib', 'pyarrow', 'simpy', 'networkx', 'yaml', 'pydantic'}"
+    heavy = "{'numpy', 'torch', 'pybullet', 'mujoco', 'matplotlib', 'pyarrow', 'simpy', 'networkx', 'yaml', 'pydantic'}"
     program = f"import sys, colonysim; assert not {heavy} & set(sys.modules); dir(colonysim); colonysim.run"
     subprocess.run([sys.executable, "-c", program], check=True)
 
@@ -23,7 +23,7 @@ def test_help_imports_nothing_heavy() -> None:
         "for words in (['--help'], ['run', '--help'], ['plot', '--help'], ['train', 'push', '--help']):\n"
         "    try: app(words)\n"
         "    except SystemExit as end: assert end.code == 0\n"
-        "heavy = {'numpy', 'torch', 'pybullet', 'matplotlib', 'pyarrow', 'simpy', 'networkx', 'yaml'}\n"
+        "heavy = {'numpy', 'torch', 'pybullet', 'mujoco', 'matplotlib', 'pyarrow', 'simpy', 'networkx', 'yaml'}\n"
         "assert not heavy & set(sys.modules), heavy & set(sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)

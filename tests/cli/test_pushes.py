@@ -13,11 +13,13 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from colonysim.cli import app
+from colonysim.physics import default_engine, engine_trouble, engine_version
 from colonysim.push.foresight import Features
 from colonysim.push.way import load_way_chance
 from colonysim.trace.reader import Run
 
-pytest.importorskip("pybullet")
+if trouble := engine_trouble(default_engine()):
+    pytest.skip(trouble, allow_module_level=True)
 
 TINY = [
     "actions=80", "explore=30", "update_from=24", "batch=16", "buffer=200", "train_block=1", "test_block=1",
@@ -91,6 +93,15 @@ def test_a_record_is_drawn_from_its_directory_alone(recorded: tuple[Path, Result
         assert mistake.exit_code == 2 and said in mistake.stderr
 
 
+def test_the_engine_can_be_chosen_and_stands_in_the_manifest(engine: str, tmp_path: Path) -> None:
+    words = ("evaluate", "push", "--push", "scripted", "-n", 1, "-q", "--engine", engine, "--out", tmp_path / "run")
+    done = colonysim(*words)
+    assert done.exit_code == 0 and f"push scripted · {engine}" in done.stdout, done.output
+    manifest = Run.open(tmp_path / "run").manifest
+    assert manifest["backend"] == manifest["engine"]["name"] == engine
+    assert manifest["engine"]["version"] == engine_version(engine)
+
+
 def test_a_colony_cannot_start_from_single_pushes(recorded: tuple[Path, Result], tmp_path: Path) -> None:
     refused = colonysim("run", "sanity", "--from", recorded[0], "--out", tmp_path / "run")
     assert refused.exit_code == 2 and f"{recorded[0]}: this run left no pheromones" in refused.stderr
@@ -153,7 +164,7 @@ def test_the_chance_of_a_way_is_fitted_and_its_calibration_drawn_from_the_comman
     undrawn = colonysim("plot", tmp_path)
     assert undrawn.exit_code == 2 and "not fitted yet" in undrawn.stderr
     other = colonysim("train", "way", "--ways", 20, "--seed", 91, "--out", tmp_path, "-q")
-    assert other.exit_code == 2 and "seed and network" in other.stderr
+    assert other.exit_code == 2 and "seed, engine and network" in other.stderr
 
 
 @pytest.mark.parametrize(

@@ -140,6 +140,6 @@ def test_ctrl_c_at_any_moment_from_the_first_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", ["run sanity -b bullet -n 1000", "train push --out model"])
+@pytest.mark.parametrize("words", ["run sanity -b physics -n 1000", "train push --out model"])
 def test_ctrl_c_at_any_moment_of_heavier_commands(words: str, tmp_path: Path) -> None:
     stopped_at_random(tmp_path, 20, 3, words.split())

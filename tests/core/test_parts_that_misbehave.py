@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import colonysim
-from colonysim.backends.bullet import Bullet
 from colonysim.backends.nodeworld import NodeWorld
+from colonysim.backends.physics import Physics
 from colonysim.backends.protocol import Done
 from colonysim.errors import ColonysimError, PluginError
 from colonysim.policies import Choice
@@ -67,10 +67,10 @@ def test_a_method_that_is_added_to_a_built_in_backend_is_checked_too(answer):
         ends(load_scenario("hard"), backend=kind())
 
 
-def test_a_replaced_feasible_way_of_bullet_is_the_one_that_is_asked():
+def test_a_replaced_feasible_way_of_physics_is_the_one_that_is_asked():
     asked = []
 
-    class Asked(Bullet):
+    class Asked(Physics):
         def feasible_way(self, agent, box, way):
             asked.append(way)
             return [1.0] * (len(way) - 1)

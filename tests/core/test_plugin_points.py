@@ -153,7 +153,7 @@ def test_unknown_names_are_answered_with_the_nearest():
         make_policy("colny", scenario)
     with pytest.raises(PluginError, match="no backend 'nodewrld'; did you mean 'nodeworld'"):
         make_backend("nodewrld")
-    with pytest.raises(PluginError, match="there are: bullet, mock, nodeworld"):
+    with pytest.raises(PluginError, match="there are: bullet, mock, mujoco, nodeworld, physics"):
         make_backend("x")
     with pytest.raises(PluginError, match="no field 'scent'"):
         play(load_scenario("sanity", None, {"policy.extra_fields": ["scent"]}))

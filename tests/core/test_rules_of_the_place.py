@@ -214,6 +214,18 @@ def test_claims_end_when_the_box_is_left_sunk_or_its_holder_is_done():
     assert world.box_claim == [0], "a blocked pusher still holds its box"
 
 
+def test_a_box_that_somebody_shoves_away_is_no_longer_held():
+    world = World(line(6, goal=5, agents=[0, 4], boxes=[(1, 1.0)]))
+    push(world, 0, 0, 1)
+    assert world.held_box(0) == 0
+    world.apply(1, Travel(3), Outcome("arrived", 3, (BoxPlace(0, 2, True),)))
+    assert (world.held_box(0), list(world.agent_box), world.box_claim) == (-1, [-1, -1], [-1])
+    world = World(line(6, goal=5, agents=[0, 4], boxes=[(1, 1.0)]))
+    push(world, 0, 0, 1)
+    world.apply(1, Travel(3), Outcome("arrived", 3, (BoxPlace(0, 1, True),)))
+    assert world.held_box(0) == 0, "moved a little, and still there"
+
+
 def test_another_agent_takes_over_a_dropped_box():
     world = World(line(6, goal=5, agents=[0, 4], boxes=[(1, 1.0)]))
     push(world, 0, 0, 1)

@@ -38,6 +38,37 @@ def test_every_requirement_is_pinned_to_a_version_that_it_allows(asked: str) -> 
     assert all(requirement.specifier.contains(version) for version in versions), f"{asked}: run `just lock`"
 
 
+_MACHINES = [("linux", "x86_64"), ("linux", "aarch64"), ("win32", "AMD64"), ("win32", "ARM64"), ("darwin", "arm64"),
+             ("darwin", "x86_64")]  # fmt: skip
+
+
+def _brought(extra: str, python: str, system: str, machine: str) -> set[str]:
+    """Names of the packages that an extra brings there."""
+    there = {"python_version": python, "python_full_version": f"{python}.0", "sys_platform": system}
+    there |= {"platform_machine": machine, "extra": ""}
+    found = set()
+    for line in PROJECT["project"]["optional-dependencies"][extra]:
+        requirement = Requirement(line)
+        if requirement.name == "colonysim":
+            assert requirement.marker is None, f"{line}: hatchling drops the marker"
+            found |= set().union(*(_brought(each, python, system, machine) for each in requirement.extras))
+        elif requirement.marker is None or requirement.marker.evaluate(there):
+            found.add(requirement.name)
+    return found
+
+
+@pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
+@pytest.mark.parametrize(("system", "machine"), _MACHINES)
+def test_the_extra_physics_brings_exactly_one_engine_everywhere(python: str, system: str, machine: str) -> None:
+    engines = {"pybullet", "pybullet-arm64", "mujoco"}
+    [engine] = _brought("physics", python, system, machine) & engines
+    bullet = _brought("bullet", python, system, machine) & engines
+    assert bullet <= {engine}
+    wheels = (system, machine) in (("linux", "x86_64"), ("win32", "AMD64"), ("darwin", "arm64"))
+    expected = {"3.11": "pybullet", "3.14": "mujoco"}.get(python, "pybullet-arm64" if wheels else "mujoco")
+    assert engine == expected
+
+
 def test_the_readme_installs_for_its_tests_from_it_and_ci_too() -> None:
     readme = (ROOT / "README.md").read_text()
     command = re.search(r"<!-- tests -->\n```sh\n(.*?)\n```", readme, re.DOTALL)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("pybullet")
+pytestmark = pytest.mark.usefixtures("engine")
 
 BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "stacking.py"
 

@@ -11,6 +11,8 @@ from colonysim.push.task import run_alone
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import distribution, draw
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 
 @pytest.mark.parametrize("i", range(2))
 def test_rl_pushes_a_leaning_box_on_until_it_lies(i: int) -> None:

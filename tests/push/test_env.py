@@ -14,6 +14,8 @@ from colonysim.push.training.env import PushEnv
 from colonysim.push.training.episode import Episode
 from colonysim.push.training.starts import distribution, draw
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 
 def test_gymnasium_s_checker_passes() -> None:
     from gymnasium.utils.env_checker import check_env

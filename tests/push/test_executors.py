@@ -20,6 +20,8 @@ from colonysim.push.training.evaluation import evaluate_push, play_push
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, Start, distribution, draw
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 
 def start_of(kind: Kind, i: int, starts: str = "push") -> Start:
     return draw(kind, distribution(starts), episode_rng(Purpose.TEST, 77, KINDS.index(kind), i))

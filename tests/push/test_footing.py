@@ -9,6 +9,8 @@ from colonysim.physics import BoxSpec, Ground, Pit, Ramp, RobotSpec, Scene, Terr
 from colonysim.push.footing import AMPLE, BORDER_CLEARANCE, COMFORT, Footing, footing_on
 from colonysim.push.paths import BOX_CLEARANCE, PIT_CLEARANCE, ROBOT_CLEARANCE, FreeSpace, Surroundings
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 LOW, HIGH = Ground(-5.0, -5.0, 0.0, 5.0, 0.0), Ground(2.0, -5.0, 8.0, 5.0, 0.3)
 RAMP = Ramp(0.0, 0.0, 0.0, 2.0, 0.0, 0.3, half_width=1.5)
 PLACE = Footing(Terrain((LOW, HIGH), (), (RAMP,)))

@@ -16,6 +16,8 @@ from colonysim.push.task import PushTask, run_alone
 from colonysim.push.training.episode import Episode
 from colonysim.push.training.starts import Start
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 FLAT = PushTask(0, (0.0, 0.0), (2.0, 0.0), "flat", 0.0)
 SLOPE = PushTask(0, (0.0, 0.0), (3.0, 0.0), "slope", 0.25)
 HOLE = PushTask(0, (0.0, 0.0), (2.0, 0.0), "hole", 0.0, 0)

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("pybullet")
-
 from colonysim.physics import BoxSpec, Ground, Pit, Pose, Ramp, RobotSpec, Scene, Terrain
 from colonysim.push import (
     PushSettings,
@@ -23,6 +21,8 @@ from colonysim.push import (
     stage,
 )
 from colonysim.push.staging import first_legs, legs_for
+
+pytestmark = pytest.mark.usefixtures("engine")
 
 GROUND = Ground(-6, -6, 6, 6, 0.0)
 FLAT = Terrain((GROUND,))
@@ -279,9 +279,10 @@ def fingerprint():
     return digest.hexdigest()
 
 
-def test_same_poses_in_another_process():
+def test_same_poses_in_another_process(engine):
     here = str(Path(__file__).parent)
-    code = f"import sys; sys.path.insert(0, {here!r}); import test_scripted; print(test_scripted.fingerprint())"
+    code = f"import sys; sys.path.insert(0, {here!r}); import colonysim.physics.engine as e; "
+    code += f"e.ENGINES = ({engine!r},); import test_scripted; print(test_scripted.fingerprint())"
     other = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,

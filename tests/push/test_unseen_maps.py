@@ -10,6 +10,8 @@ from colonysim.physics import BoxSpec, RobotSpec, Scene
 from colonysim.push import drive_to, everything_else, run_alone
 from colonysim.scenario.loading import load_scenario
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 MAPS = sorted((Path(__file__).parent / "maps").glob("*.yaml"))
 PITS_AND_RAMPS = {"causeway": (0.25, 0), "weir": (0.25, 1), "dogleg": (0.5, 0)}
 

@@ -20,6 +20,8 @@ from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.waylogs import LoggedPush, LoggedWay, gather_ways
 from colonysim.push.way import WayChance, chances_along, load_way_chance
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 OPEN = Ground(-9.0, -9.0, 9.0, 9.0, 0.0)
 EASY = Features(0.5, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
@@ -173,7 +175,7 @@ def test_a_log_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
         file.write('{"foreseen": [[0.5,')
     assert gather_ways(broken, 90, ways=3) == whole
     assert broken.read_bytes() == (tmp_path / "whole.jsonl").read_bytes()
-    with pytest.raises(ColonysimError, match="seed and network"):
+    with pytest.raises(ColonysimError, match="seed, engine and network"):
         gather_ways(broken, 91, ways=3)
 
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -19,7 +20,7 @@ from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.reproduce import STUDIES, reproduce
 from colonysim.reproduce.document import Heading, Picture, Table, Text, as_html, as_markdown
-from colonysim.reproduce.evidence import Evidence, found_by, stored_on_bullet
+from colonysim.reproduce.evidence import Evidence, found_by, stored_in_physics
 from colonysim.reproduce.facts import FACTS
 from colonysim.reproduce.judging import Figure, Reported, direction, level
 from colonysim.reproduce.paper import the_paper
@@ -188,25 +189,53 @@ def test_a_killed_reproduction_goes_on(made, tmp_path):
     assert len(ends) == len(set(ends)) == 60
 
 
-def stored_run(scenario: str, push: str, seed: int) -> str:
+def stored_run(scenario: str, push: str, seed: int, **more: str) -> str:
     episode = {"steps": 20 + seed % 3, "success": 1.0, "ended": "goal", "seated": 2, "sim_seconds": 80.0}
-    return json.dumps({"map": scenario, "push": push, "seed": seed, "episodes": [episode] * 4})
+    return json.dumps({"map": scenario, "push": push, "seed": seed, "episodes": [episode] * 4, **more})
 
 
-def test_stored_runs_on_bullet_take_the_place_of_new_ones(tmp_path):
-    maps = ["easy", "medium", "hard", "hard:r5-4", "hard:r5-6"]
-    file = tmp_path / "bullet.jsonl"
-    file.write_text("\n".join(stored_run(name, "staged", seed) for name in maps for seed in (7, 8, 9)))
-    made = reproduce(tmp_path / "out", ["performance-bullet"], bullet=file)
+MAPS = ("easy", "medium", "hard", "hard:r5-4", "hard:r5-6")
+
+
+def stored_runs(file: Path, **more: str) -> Path:
+    file.write_text("\n".join(stored_run(name, "staged", seed, **more) for name in MAPS for seed in (7, 8, 9)))
+    return file
+
+
+def test_stored_runs_in_physics_take_the_place_of_new_ones(tmp_path):
+    file = stored_runs(tmp_path / "bullet.jsonl")
+    made = reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
     text = made.markdown.read_text()
     for row in PAPER.performance:
         theirs = f"{row.steps[0]:g} ± {row.steps[1]:g}"
-        assert f"| {row.label} | `colony`, `staged` | 3 | {theirs} | 21.0 [18.5, 23.5]" in text
+        assert f"| {row.label} | `colony`, `staged`, bullet | 3 | {theirs} | 21.0 [18.5, 23.5]" in text
     assert "seeds 7-9, 4 episodes a run, stored in `bullet.jsonl`" in text and not made.gaps
     assert not (tmp_path / "out" / "trials").exists()
     file.write_text('{"setting": 1}\n')
-    with pytest.raises(ColonysimError, match="not runs on Bullet"):
-        reproduce(tmp_path / "out", ["performance-bullet"], bullet=file)
+    with pytest.raises(ColonysimError, match="not runs in physics"):
+        reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
+
+
+def test_stored_runs_on_two_engines_stand_side_by_side_and_one_engine_has_one_file(tmp_path):
+    files = [stored_runs(tmp_path / f"{name}.jsonl", engine=name) for name in ("bullet", "mujoco")]
+    made = reproduce(tmp_path / "out", ["performance-physics"], physics=files)
+    text = made.markdown.read_text()
+    for name in ("bullet", "mujoco"):
+        assert f"on the engine `{name}`" in text and f"stored in `{name}.jsonl`" in text
+        assert f"| easy | `colony`, `staged`, {name} | 3 |" in text
+    assert "--physics bullet.jsonl --physics mujoco.jsonl`" in text and not made.gaps
+    with pytest.raises(ColonysimError, match=r"holds runs on mujoco, as mujoco\.jsonl does"):
+        reproduce(tmp_path / "out", ["performance-physics"], physics=[*files, files[1]])
+    mixed = tmp_path / "mixed.jsonl"
+    mixed.write_text("\n".join(stored_run("easy", "staged", i, engine=name) for i, name in enumerate(("bullet", "x"))))
+    with pytest.raises(ColonysimError, match="holds runs on bullet, x; expected a file of one engine"):
+        reproduce(tmp_path / "out", ["performance-physics"], physics=[mixed])
+
+
+def test_what_an_engine_is_missing_for_is_a_gap(tmp_path, monkeypatch):
+    monkeypatch.setattr("colonysim.reproduce.making.engine_trouble", lambda name: f"{name} is not here")
+    made = reproduce(tmp_path / "out", ["trajectories-physics"], size=replace(QUICK, engine="mujoco"))
+    assert made.gaps == ("trajectories-physics: mujoco is not here",)
 
 
 def stored_training(setting: str, seed: int, reward: float, pushed: dict[str, list[float]]) -> str:
@@ -259,7 +288,8 @@ def test_damaged_lines_of_stored_results_are_missing_and_the_others_count(tmp_pa
     whole = [stored_run("easy", "staged", seed).encode() for seed in (7, 8, 9)]
     lines = [whole[0], b"", whole[1][:-9], b"\0" * 40, b"\xff{}", whole[0], whole[2].replace(b"20", b"null"), whole[2]]
     file.write_bytes(b"\n".join(lines))
-    runs, [told] = stored_on_bullet(file)
+    engine, runs, [told] = stored_in_physics(file)
+    assert engine == "bullet"
     assert [run.seed for run in runs] == [7, 9]
     assert re.findall(r"line (\d+): ", told) == ["2", "3", "4", "5", "6", "7"]
     assert "it is there twice (easy, staged, 7)" in told

@@ -19,7 +19,7 @@ MEGABYTES = 500
 RUNS = {
     # Runs may be meant to be long; these are told to be short.
     "nodeworld": ["--episodes", "1", "--set", "max_steps=30"],
-    "bullet": ["--episodes", "1", "--set", "max_steps=3", "--set", "time_limit=60"],
+    "physics": ["--episodes", "1", "--set", "max_steps=3", "--set", "time_limit=60"],
 }
 
 
@@ -103,11 +103,10 @@ def test_a_few(tmp_path):
 
 
 @pytest.mark.slow
-def test_three_thousand(tmp_path):
-    pytest.importorskip("pybullet")
+def test_three_thousand(tmp_path, some_engine):
     found = accepted(tmp_path, 3000, seed=2)
     assert len(found) > 300
-    done = run_some(found[:300], "nodeworld", 60), run_some(found[-60:], "bullet", 120)
+    done = run_some(found[:300], "nodeworld", 60), run_some(found[-60:], "physics", 120)
     print(f"\n3000 mutations, {len(found)} accepted, {peak():.0f} MB; done and refused by run: {done}")
     assert done[0][0] > 250
     assert done[1][0] > 20

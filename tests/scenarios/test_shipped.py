@@ -118,7 +118,7 @@ def test_every_field_is_described_in_the_documentation():
 def test_the_examples_of_the_documentation_load():
     text = (ROOT / "docs" / "scenarios.md").read_text(encoding="utf-8")
     blocks = [block.partition("```")[0] for block in text.split("```yaml\n")[1:]]
-    whole, place = (read_text(block, "docs")[0] for block in blocks)
+    whole, place, *_ = (read_text(block, "docs")[0] for block in blocks)
     assert scenario_from_document(whole).topology.edge_count == 3
     assert scenario_from_document(whole, variant="short-sighted").detection_radius == 1.5
     assert len(scenario_from_document({**place, "agents": [0], "goal": 199}).topology) == 197

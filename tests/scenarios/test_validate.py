@@ -75,10 +75,11 @@ def test_what_no_engine_can_move_is_refused(changes, message):
         lay_out(scenario_from_document({**LINE, **changes}))
 
 
-def test_the_backend_is_checked_for_when_asked(tmp_path):
+@pytest.mark.parametrize("backend", ["physics", "bullet", "mujoco"])
+def test_the_backend_is_checked_for_when_asked(tmp_path, backend):
     path = tmp_path / "far.yaml"
     path.write_text("nodes: [[0, 0, 0], [1, 1, 0], [2, 1.0e+9, 0]]\nedges: [[0, 1], [1, 2]]\nagents: [0]\ngoal: 1\n")
     assert validated(str(path))[0] == 0
-    code, _, err = validated(str(path), "--backend", "bullet")
+    code, _, err = validated(str(path), "--backend", backend)
     assert code == 2
     assert "edge 1-2 is 1.6e+09 m long" in err

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -310,3 +314,26 @@ def test_a_long_name_is_cut_to_what_file_systems_take(
     paths = [prepare_directory(None, told) for _ in range(2)]
     assert [path.name.rpartition("-s")[2] for path in paths] == [f"{10**17}-1", f"{10**17}-2"]
     assert all(path.name.startswith(letter * 50) and 250 < len(os.fsencode(path.name)) <= 255 for path in paths)
+
+
+def test_tables_are_read_by_the_thread_that_asks(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A thread of Arrow's that still holds the file when Python shuts down aborts the process.
+    readers: set[int] = set()
+
+    class Watched(io.FileIO):
+        def readinto(self, buffer: Any) -> int | None:
+            readers.add(threading.get_ident())
+            return super().readinto(buffer)
+
+        def read(self, size: int | None = -1) -> bytes:
+            readers.add(threading.get_ident())
+            return super().read(-1 if size is None else size) or b""
+
+    @contextmanager
+    def watched(file: Path, *_: Any) -> Iterator[io.FileIO]:
+        with Watched(file) as opened:
+            yield opened
+
+    monkeypatch.setattr("colonysim.trace.stored.opened_file", watched)
+    assert len(list(Run.open(path).events())) > 25
+    assert readers == {threading.get_ident()}

@@ -102,10 +102,9 @@ def test_filled_holes_are_counted(easy: colonysim.Run) -> None:
     assert film._scene.filled(19) == len(easy.scenario.holes) > 0
 
 
-def test_rigid_bodies_are_drawn_where_they_were(tmp_path: Path) -> None:
-    pytest.importorskip("pybullet")
+def test_rigid_bodies_are_drawn_where_they_were(engine: str, tmp_path: Path) -> None:
     run = colonysim.run(
-        "sanity", backend="bullet", seed=10, episodes=1, out=tmp_path / "run", backend_options={"push": "scripted"}
+        "sanity", backend=engine, seed=10, episodes=1, out=tmp_path / "run", backend_options={"push": "scripted"}
     )
     poses = run.table("poses").to_pylist()
     row = next(row for row in poses if row["body"] == "agent" and row["number"] == 0 and row["time"] > 2)

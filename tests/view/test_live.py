@@ -196,10 +196,9 @@ def test_what_came_piece_by_piece_is_the_run(browser: Any, live: Live, tmp_path:
     assert errors(browser) == []
 
 
-def test_rigid_bodies_come_piece_by_piece_too(browser: Any, live: Live, tmp_path: Path) -> None:
-    pytest.importorskip("pybullet", reason="PyBullet is not installed")
+def test_rigid_bodies_come_piece_by_piece_too(browser: Any, live: Live, engine: str, tmp_path: Path) -> None:
     run = colonysim.run(
-        "sanity", backend="bullet", seed=10, episodes=2, out=tmp_path / "run", tap=live, on_start=live.begin,
+        "sanity", backend=engine, seed=10, episodes=2, out=tmp_path / "run", tap=live, on_start=live.begin,
     )  # fmt: skip
     live.end()
     assert sum("poses.time" in columns for _, columns in rows(live)) > 2

@@ -216,9 +216,8 @@ def test_markup_in_a_name_is_text(browser: Any, tmp_path: Path) -> None:
     assert errors(browser) == [] and requests(browser) == [where.as_uri()]
 
 
-def test_rigid_bodies_are_shown_in_3d_where_they_were(browser: Any, tmp_path: Path) -> None:
-    pytest.importorskip("pybullet", reason="PyBullet is not installed")
-    run = colonysim.run("sanity", backend="bullet", seed=10, episodes=1, out=tmp_path / "run")
+def test_rigid_bodies_are_shown_in_3d_where_they_were(browser: Any, engine: str, tmp_path: Path) -> None:
+    run = colonysim.run("sanity", backend=engine, seed=10, episodes=1, out=tmp_path / "run")
     where = write_page(run, tmp_path / "page.html")
     show(browser, where)
     poses = [row for row in run.table("poses").to_pylist() if row["body"] == "agent" and row["number"] == 0]

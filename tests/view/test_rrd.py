@@ -28,10 +28,9 @@ def test_a_run_becomes_a_recording(hard: colonysim.Run, tmp_path: Path) -> None:
     assert wrong.exit_code == 2 and "the whole run" in wrong.output
 
 
-def test_poses_become_a_recording_too(tmp_path: Path) -> None:
+def test_poses_become_a_recording_too(engine: str, tmp_path: Path) -> None:
     pytest.importorskip("rerun", reason="rerun-sdk is not installed")
-    pytest.importorskip("pybullet", reason="PyBullet is not installed")
-    run = colonysim.run("sanity", backend="bullet", seed=10, episodes=1, out=tmp_path / "run")
+    run = colonysim.run("sanity", backend=engine, seed=10, episodes=1, out=tmp_path / "run")
     out = tmp_path / "run.rrd"
     done = CliRunner().invoke(app, ["export", str(run.path), "-o", str(out)])
     assert done.exit_code == 0 and b"Transform3D" in out.read_bytes()

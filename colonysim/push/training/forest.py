@@ -220,6 +220,7 @@ def train_feasibility(
         "how": {
             "version": __version__,
             "seed": seed,
+            "engine": engine_version(engine),
             "network": str(load_model(model, "q-network").card["sha256"]),
             "starts": list(starts),
             "trees": trees,

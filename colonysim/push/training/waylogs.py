@@ -163,8 +163,8 @@ def _read(file: Path, made_by: dict[str, Any]) -> dict[int, LoggedWay]:
     _, header, fault = next(lines, (1, {}, "it is missing"))
     if fault or header != made_by:
         raise ColonysimError(
-            f"{file}:1: holds no ways of this seed, engine and network; expected {json.dumps(made_by)}, or choose another "
-            "directory"
+            f"{file}:1: holds no ways of this seed, engine and network; expected {json.dumps(made_by)}, or choose "
+            "another directory"
         )
     for line, row, fault in lines:
         try:

@@ -1,6 +1,6 @@
 """What an episode costs beyond its physics: episode against bare replays of the same motor commands.
 
-    python benchmarks/bullet_speed.py hard:r20-4 hard:r5-6 --push staged --repeats 5 --seed 100
+    python benchmarks/physics_speed.py hard:r20-4 hard:r5-6 --engine mujoco --push staged --repeats 5 --seed 100
 
 An episode is run once with a recording scene. Then three things are timed in turn, again and again, because
 other work on the machine slows all three alike: the episode; the same wheel speeds, tick by tick, through the
@@ -20,14 +20,13 @@ from dataclasses import dataclass, field
 from typing import Any
 from unittest import mock
 
-import colonysim.backends.bullet as backend
-from colonysim.physics import BoxSpec, RobotSpec, Scene, Terrain
-from colonysim.physics.bullet import BulletEngine
+import colonysim.backends.physics as backend
+from colonysim.physics import ENGINES, BoxSpec, Engine, RobotSpec, Scene, Terrain, make_engine
+from colonysim.physics.engine import STEP_SECONDS
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import simulate
 
-ITERATIONS, STEP = 50, 1 / 120
 SLICE = 90
 """Ticks that the episode and its replay advance by in turn."""
 
@@ -41,14 +40,15 @@ class Tape:
     terrain: Terrain
     boxes: Sequence[BoxSpec]
     robots: Sequence[RobotSpec]
+    engine_name: str
     scene: list[Command] = field(default_factory=list)
     engine: list[Command] = field(default_factory=list)
     end: list[object] = field(default_factory=list)
     ticks: int = 0
 
 
-class RecordingEngine(BulletEngine):
-    """Keeps what changes the world."""
+class Recording:
+    """Put before an engine's class: keeps what changes the world."""
 
     tape: list[Command]
 
@@ -69,15 +69,22 @@ class RecordingEngine(BulletEngine):
         super().step()
 
 
+def engine_with(what: type, name: str) -> Any:
+    """An engine whose class has something put before it."""
+    plain = make_engine(name)
+    plain.close()
+    return type(what.__name__, (what, type(plain)), {})(dt=STEP_SECONDS)
+
+
 class RecordingScene(Scene):
     """Keeps what is asked of it on a tape."""
 
     def __init__(
-        self, tape: list[Tape], terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec]
+        self, tape: list[Tape], terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], engine: Any
     ) -> None:
-        self.tape = Tape(terrain, boxes, robots)
+        self.tape = Tape(terrain, boxes, robots, engine)
         tape.append(self.tape)
-        engine = RecordingEngine(dt=STEP, iterations=ITERATIONS)
+        engine = engine_with(Recording, engine)
         engine.tape = self.tape.engine
         super().__init__(terrain, boxes, robots, engine=engine)
 
@@ -106,22 +113,22 @@ def poses(scene: Scene) -> list[object]:
     return [*robots, *(scene.box(i) for i in range(len(scene.boxes)))]
 
 
-def run_episode(scenario: Scenario, push: str, seed: int) -> None:
-    for _ in simulate(scenario, backend="bullet", episodes=1, seed=seed, backend_options={"push": push}):
+def run_episode(scenario: Scenario, engine: str, push: str, seed: int) -> None:
+    for _ in simulate(scenario, backend=engine, episodes=1, seed=seed, backend_options={"push": push}):
         pass
 
 
-def record(scenario: Scenario, push: str, seed: int) -> Tape:
+def record(scenario: Scenario, engine: str, push: str, seed: int) -> Tape:
     """Runs the episode once and keeps its commands."""
     tapes: list[Tape] = []
 
     def recording(
-        terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], *, gui: bool = False
+        terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], **_: object
     ) -> Scene:
-        return RecordingScene(tapes, terrain, boxes, robots)
+        return RecordingScene(tapes, terrain, boxes, robots, engine)
 
     with mock.patch.object(backend, "Scene", recording):
-        run_episode(scenario, push, seed)
+        run_episode(scenario, engine, push, seed)
     return tapes[0]
 
 
@@ -132,7 +139,7 @@ def calls_of(scene: Scene) -> dict[str, Callable[..., None]]:
 
 def replay_scene(tape: Tape) -> Scene:
     """The same wheel speeds through the scene, traction included."""
-    scene = Scene(tape.terrain, tape.boxes, tape.robots)
+    scene = Scene(tape.terrain, tape.boxes, tape.robots, engine=tape.engine_name)
     calls = calls_of(scene)
     for name, arguments in tape.scene:
         calls[name](*arguments)
@@ -141,7 +148,7 @@ def replay_scene(tape: Tape) -> Scene:
 
 def replay_engine(tape: Tape) -> Scene:
     """The same forces through the engine alone, nothing computed."""
-    engine = BulletEngine(dt=STEP, iterations=ITERATIONS)
+    engine: Engine = make_engine(tape.engine_name)
     scene = Scene(tape.terrain, tape.boxes, tape.robots, engine=engine)
     calls: dict[str, Callable[..., None]] = {
         "push": engine.push, "wake": engine.wake, "remove": engine.remove, "step": engine.step,
@@ -151,8 +158,8 @@ def replay_engine(tape: Tape) -> Scene:
     return scene
 
 
-class PacedEngine(BulletEngine):
-    """Calls somebody after every slice."""
+class Paced:
+    """Put before an engine's class: calls somebody after every slice."""
 
     steps = 0
     after_slice: Callable[[], None] | None = None
@@ -166,7 +173,7 @@ class PacedEngine(BulletEngine):
 
 def replay_slices(tape: Tape) -> Iterator[None]:
     """The same wheel speeds through the scene, pausing after every slice."""
-    scene = Scene(tape.terrain, tape.boxes, tape.robots, engine=PacedEngine(dt=STEP, iterations=ITERATIONS))
+    scene = Scene(tape.terrain, tape.boxes, tape.robots, engine=engine_with(Paced, tape.engine_name))
     calls, ticks = calls_of(scene), 0
     for name, arguments in tape.scene:
         calls[name](*arguments)
@@ -191,13 +198,13 @@ def in_turn(tape: Tape, scenario: Scenario, push: str, seed: int) -> list[tuple[
         pairs.append((paused - began, resumed - paused))
         began = resumed
 
-    def paced(terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], *, gui: bool = False) -> Scene:
-        engine = PacedEngine(dt=STEP, iterations=ITERATIONS)
+    def paced(terrain: Terrain, boxes: Sequence[BoxSpec], robots: Sequence[RobotSpec], **_: object) -> Scene:
+        engine = engine_with(Paced, tape.engine_name)
         engine.after_slice = change_over
         return Scene(terrain, boxes, robots, engine=engine)
 
     with mock.patch.object(backend, "Scene", paced):
-        run_episode(scenario, push, seed)
+        run_episode(scenario, tape.engine_name, push, seed)
     change_over()
     return pairs
 
@@ -219,18 +226,18 @@ def check(tape: Tape) -> None:
         scene.close()
 
 
-def measure(name: str, push: str, seed: int, repeats: int) -> None:
+def measure(name: str, engine: str, push: str, seed: int, repeats: int) -> None:
     """Times one map and prints what came out."""
     map_name, _, variant = name.partition(":")
     scenario = load_scenario(map_name, variant or None)
-    tape = record(scenario, push, seed)
+    tape = record(scenario, engine, push, seed)
     check(tape)
     # The tape is far larger than anything an episode keeps: the collector shall not walk through it.
     gc.collect()
     gc.freeze()
     times = [
         (
-            *clock(lambda: run_episode(scenario, push, seed)),
+            *clock(lambda: run_episode(scenario, engine, push, seed)),
             *clock(lambda: replay_scene(tape).close()),
             *clock(lambda: replay_engine(tape).close()),
         )
@@ -251,7 +258,7 @@ def measure(name: str, push: str, seed: int, repeats: int) -> None:
         return statistics.median(t[one] / t[other] for t in times)
 
     print(
-        f"{name}, {push}, seed {seed}, {simulated:.0f} s simulated, medians of {repeats}:\n"
+        f"{name} on {engine}, {push}, seed {seed}, {simulated:.0f} s simulated, medians of {repeats}:\n"
         f"  wall s: episode {wall:.1f}, wheel speeds replayed {scene_wall:.1f}, forces replayed {engine_wall:.1f}\n"
         f"  CPU s:  episode {cpu:.1f}, wheel speeds replayed {scene_cpu:.1f}, forces replayed {engine_cpu:.1f}\n"
         f"  episode / wheel speeds: wall {ratio(0, 2):.2f}, CPU {ratio(1, 3):.2f}; "
@@ -268,12 +275,13 @@ def measure(name: str, push: str, seed: int, repeats: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("maps", nargs="*", default=["hard:r20-4", "hard:r5-6"], help="scenario:variant")
+    parser.add_argument("--engine", default="bullet", choices=ENGINES)
     parser.add_argument("--push", default="staged")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--seed", type=int, default=100)
     options = parser.parse_args()
     for name in options.maps:
-        measure(name, options.push, options.seed, options.repeats)
+        measure(name, options.engine, options.push, options.seed, options.repeats)
 
 
 if __name__ == "__main__":

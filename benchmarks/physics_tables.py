@@ -1,11 +1,11 @@
 """The paper's performance tables with rigid bodies: steps and success by map and executor, with intervals.
 
 Every run is one unit: it is written to the results file when it has ended, and skipped when it is already there, so
-that a stopped evaluation goes on where it was. Beside each row stands the node world with the durations that Bullet
-took on the same map.
+that a stopped evaluation goes on where it was. Beside each row stands the node world with the durations that the engine
+took on the same map. Each engine has a file of its own, docs/results/{engine}.jsonl.
 
-    python benchmarks/bullet_tables.py run --maps easy medium hard --push staged --seeds 2000 2001 2002
-    python benchmarks/bullet_tables.py table
+    python benchmarks/physics_tables.py run --engine bullet --maps easy medium hard --push staged --seeds 2000 2001 2002
+    python benchmarks/physics_tables.py table --engine bullet
 """
 
 import argparse
@@ -19,16 +19,17 @@ from pathlib import Path
 from typing import Any
 
 from colonysim.jsonlines import append_line, read_lines, warn_of
+from colonysim.physics import ENGINES, default_engine
 from colonysim.processes import results
 
-RESULTS = Path(__file__).parent.parent / "docs" / "results" / "bullet.jsonl"
+RESULTS = Path(__file__).parent.parent / "docs" / "results"
 PAPER = {
     "easy": (22.36, 0.9125), "medium": (27.43, 0.8125), "hard": (28.25, 0.7875),
     "hard:r5-4": (80.0, 0.5), "hard:r5-6": (55.83, 0.73),
 }  # fmt: skip
 """Steps and success reported in the paper (with controls)."""
 NODE_WORLD_SEEDS = 100
-"""More than Bullet's: they cost little, and five would leave the comparison to chance."""
+"""More than in physics: they cost little, and five would leave the comparison to chance."""
 
 
 class Episodes:
@@ -52,17 +53,17 @@ def scenario_of(name: str, overrides: dict[str, Any] | None = None) -> Any:
     return load_scenario(base, variant or None, overrides)
 
 
-def measure(task: tuple[str, str, int, int]) -> dict[str, Any]:
-    """One run on Bullet (map, push, seed, episodes): its episodes, durations by edge, and failures by reason."""
+def measure(task: tuple[str, str, int, str, int]) -> dict[str, Any]:
+    """One run (map, push, seed, engine, episodes): its episodes, durations by edge, and failures by reason."""
     from colonysim.simulation import simulate
 
-    name, push, seed, episodes = task
+    name, push, seed, engine, episodes = task
     scenario, sink, began = scenario_of(name), Episodes(), time.perf_counter()
     failures: Counter[str] = Counter()
     travels: dict[str, list[float]] = {}
     pushes: dict[str, list[float]] = {}
     for event in simulate(
-        scenario, backend="bullet", backend_options={"push": push}, episodes=episodes, seed=seed, sink=sink,
+        scenario, backend=engine, backend_options={"push": push}, episodes=episodes, seed=seed, sink=sink,
         decisions=False,
     ):  # fmt: skip
         if event.kind != "end":
@@ -73,7 +74,7 @@ def measure(task: tuple[str, str, int, int]) -> dict[str, Any]:
             kept = pushes if event.action == "push" else travels
             kept.setdefault(f"{event.node}-{event.target}", []).append(round(event.time - event.began, 3))
     return {
-        "map": name, "push": push, "seed": seed,
+        "engine": engine, "map": name, "push": push, "seed": seed,
         "episodes": [
             {"steps": e.steps, "success": e.success, "ended": e.ended, "seated": e.seated,
              "sim_seconds": round(e.sim_seconds, 2), "wall_seconds": round(e.wall_seconds, 2)}
@@ -100,7 +101,7 @@ def interval(by_seed: list[float], draws: int = 2000) -> tuple[float, float]:
 
 
 def with_measured_durations(name: str, runs: list[dict[str, Any]], seeds: list[int], episodes: int) -> list[Any]:
-    """The node world on the same map, each edge as slow as Bullet was."""
+    """The node world on the same map, each edge as slow as in physics."""
     from colonysim.simulation import simulate
 
     timing: dict[str, Any] = {"jitter": 0.1}
@@ -138,7 +139,7 @@ def run(options: argparse.Namespace) -> None:
         if (name, push, seed) not in done
     ]
     print(f"{len(wanted)} runs of {options.episodes} episodes to go, {len(done)} done", file=sys.stderr, flush=True)
-    for _, row in results(measure, [(*key, options.episodes) for key in wanted], options.workers):
+    for _, row in results(measure, [(*key, options.engine, options.episodes) for key in wanted], options.workers):
         append_line(options.results, row)
         late = row["episodes"][10:] or row["episodes"]
         print(
@@ -154,7 +155,8 @@ def table(options: argparse.Namespace) -> None:
     rows = read(options.results)
     print(
         "| map | push | seeds | steps, episodes 1-10 | success 1-10 | steps 11- | success 11- [95 %] "
-        "| node world, Bullet's durations: steps / success 11- | paper: steps / success | wall s an episode |"
+        f"| node world, durations of {options.engine}: steps / success 11- "
+        "| paper: steps / success | wall s an episode |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
     for name, push in sorted({(r["map"], r["push"]) for r in rows}):
@@ -189,18 +191,21 @@ def mean(episodes: list[dict[str, Any]], key: str) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--results", type=Path, default=RESULTS)
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--engine", choices=ENGINES, default=default_engine())
+    common.add_argument("--results", type=Path, help="default: docs/results/ENGINE.jsonl")
     parts = parser.add_subparsers(required=True)
-    one = parts.add_parser("run")
+    one = parts.add_parser("run", parents=[common])
     one.add_argument("--maps", nargs="+", default=["easy", "medium", "hard"])
     one.add_argument("--push", nargs="+", default=["staged"])
     one.add_argument("--seeds", nargs="+", type=int, default=[2000, 2001, 2002])
     one.add_argument("--episodes", type=int, default=20)
     one.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     one.set_defaults(call=run)
-    two = parts.add_parser("table")
+    two = parts.add_parser("table", parents=[common])
     two.set_defaults(call=table)
     options = parser.parse_args()
+    options.results = options.results or RESULTS / f"{options.engine}.jsonl"
     options.call(options)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 from backends.places import FORK, LANE, place, started
 
-from colonysim.backends.bullet import Bullet
+from colonysim.backends.physics import Physics
 from colonysim.backends.protocol import Finished
 from colonysim.errors import ColonysimError
 from colonysim.physics import Scene
@@ -19,6 +19,8 @@ from colonysim.simulation import simulate
 from colonysim.world.intents import BoxPlace, Intent, Outcome, Push, Travel, Wait
 from colonysim.world.state import World
 
+pytestmark = pytest.mark.usefixtures("engine")
+
 LONGEST = 200.0
 """No action takes longer than this, simulated seconds."""
 
@@ -26,7 +28,7 @@ Mischief = Callable[[Scene], None]
 
 
 def act(
-    backend: Bullet, world: World, agent: int, intent: Intent, mischief: Mischief | None = None, after: float = 1.0
+    backend: Physics, world: World, agent: int, intent: Intent, mischief: Mischief | None = None, after: float = 1.0
 ) -> Outcome:
     """Carries out one intent and applies its outcome; something may happen to the bodies on the way."""
     assert world.reserve(agent, backend.footprint(agent, intent))
@@ -281,9 +283,9 @@ def test_with_staged_every_control_between_handover_and_back_off_is_the_networks
 
 def test_no_such_executor_and_no_such_model() -> None:
     with pytest.raises(ColonysimError, match="staged"):
-        Bullet(push="stage")
+        Physics(push="stage")
     with pytest.raises(ColonysimError):
-        Bullet(model="/no/such/card.json")
+        Physics(model="/no/such/card.json")
 
 
 def test_reset_starts_anew() -> None:
@@ -318,7 +320,7 @@ def test_a_robot_whose_way_stays_shut_gives_up() -> None:
 
 
 def test_a_standstill_ends_the_episode() -> None:
-    class Still(Bullet):
+    class Still(Physics):
         """Its robots never start: their time does not pass."""
 
         def advance(self, now):  # type: ignore[no-untyped-def]

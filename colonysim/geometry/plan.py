@@ -1,0 +1,152 @@
+"""What ground is derived from: the graph in metres at one scale, its levels, and where in the file each part stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from colonysim.physics import Pit
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = ["SAME_LEVEL", "Plan", "Point", "Trouble", "edge_path", "node_path", "steps"]
+
+SAME_LEVEL = 0.02
+"""Nodes whose heights differ by less lie on one level, metres."""
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """Why ground cannot be derived.
+
+    Attributes:
+        path: The field it is about, such as "edges.3".
+        message: What is wrong, and what was expected unless that is a distance.
+        away: How far apart two things are, metres; 0 if it is not about that.
+        needed: A distance that would be enough, metres.
+    """
+
+    path: str
+    message: str
+    away: float = 0.0
+    needed: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The graph in metres.
+
+    Attributes:
+        scenario: Whose graph it is.
+        scale: Metres in a graph unit.
+        heights: Height of each node's ground, of a hole its rim.
+        pits: The pits at this scale.
+        pit_at: For each hole's node the index of its pit.
+        margin: How far ground reaches beyond the outermost nodes of a level.
+        half_width: Half the width of a ramp that has room.
+    """
+
+    scenario: Scenario
+    scale: float
+    heights: tuple[float, ...]
+    pits: tuple[Pit, ...]
+    pit_at: dict[int, int]
+    margin: float
+    half_width: float
+
+    def at_scale(self, scale: float) -> Plan:
+        """The same with other distances in the plane."""
+        share = scale / self.scale
+        pits = tuple(replace(pit, x=share * pit.x, y=share * pit.y) for pit in self.pits)
+        return replace(self, scale=scale, pits=pits)
+
+    @cached_property
+    def places(self) -> tuple[Point, ...]:
+        """x, y of each node."""
+        topology = self.scenario.topology
+        return tuple((self.scale * x, self.scale * y) for x, y in zip(topology.x, topology.y, strict=True))
+
+    @cached_property
+    def levels(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
+        """Height and nodes of each level, the lowest first."""
+        levels: list[tuple[float, list[int]]] = []
+        for node in sorted(range(len(self.heights)), key=lambda node: self.heights[node]):
+            if levels and self.heights[node] - levels[-1][0] < SAME_LEVEL:
+                levels[-1][1].append(node)
+            else:
+                levels.append((self.heights[node], [node]))
+        return tuple((height, tuple(nodes)) for height, nodes in levels)
+
+    @cached_property
+    def level_of(self) -> tuple[int, ...]:
+        """The index of each node's level."""
+        found = [0] * len(self.heights)
+        for level, (_, nodes) in enumerate(self.levels):
+            for node in nodes:
+                found[node] = level
+        return tuple(found)
+
+    @cached_property
+    def lanes(self) -> tuple[tuple[int, int], ...]:
+        """The edges (i, j), i < j, between nodes of one level."""
+        neighbours, level = self.scenario.topology.neighbours, self.level_of
+        return tuple((i, j) for i, others in enumerate(neighbours) for j in others if i < j and level[i] == level[j])
+
+    @cached_property
+    def slopes(self) -> tuple[tuple[int, int], ...]:
+        """The slopes (foot, top) that rise."""
+        level = self.level_of
+        return tuple(sorted(edge for edge in self.scenario.topology.rises if level[edge[0]] < level[edge[1]]))
+
+    def named(self, *nodes: int) -> str:
+        """Nodes as their file calls them, joined by a dash."""
+        return "-".join(str(self.scenario.topology.ids[node]) for node in nodes)
+
+
+def steps(plan: Plan) -> Trouble | None:
+    """The first edge that agents may travel although wheels do not climb it: a small step that is no slope."""
+    scenario, level = plan.scenario, plan.level_of
+    holes = {hole.node: hole for hole in scenario.holes}
+    for i, others in enumerate(scenario.topology.neighbours):
+        for j in others:
+            if i > j or level[i] == level[j] or (i, j) in scenario.topology.rises:
+                continue
+            z = [holes[node].rim if node in holes else scenario.topology.z[node] for node in (i, j)]
+            if abs(z[0] - z[1]) < scenario.reach:
+                # A slope may not end at a hole.
+                sloped = "" if {i, j} & set(holes) else f"list [{plan.named(i)}, {plan.named(j)}] under slopes, "
+                return Trouble(
+                    edge_path(scenario, i, j),
+                    f"nodes {plan.named(i)} and {plan.named(j)} count as level (reach {scenario.reach:g}), and the step"
+                    f" between them is {abs(plan.heights[i] - plan.heights[j]):.2f} m high, expected less than"
+                    f" {SAME_LEVEL:g} m for wheels: {sloped}give both nodes one height, or lower reach",
+                )
+    return None
+
+
+def node_path(scenario: Scenario, node: int) -> str:
+    """The field that says where a node is."""
+    return f"nodes.{node}" if scenario.document.get("nodes") is not None else "topology"
+
+
+def edge_path(scenario: Scenario, i: int, j: int) -> str:
+    """The field that joins two nodes: a slope or a listed edge, else what makes the edges."""
+    ids, document = scenario.topology.ids, scenario.document
+    edges = document.get("edges")
+    listed: list[tuple[str, Sequence[Sequence[int]]]] = [("slopes", document.get("slopes") or ())]
+    if isinstance(edges, dict):
+        listed.append(("edges.include", edges.get("include") or ()))
+    else:
+        listed.append(("edges", edges or ()))
+    for field, pairs in listed:
+        for n, pair in enumerate(pairs):
+            if {ids[i], ids[j]} == set(pair):
+                return f"{field}.{n}"
+    if isinstance(edges, dict):
+        return "edges.radius"
+    return "topology"
