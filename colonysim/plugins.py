@@ -1,4 +1,4 @@
-"""Finding policies, fields and backends by name, by entry point or as "package.module:Name"."""
+"""Finding policies, fields, backends and robots by name, by entry point or as "package.module:Name"."""
 
 from __future__ import annotations
 
@@ -48,6 +48,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "random": "colonysim.policies.uniform:Uniform",
     },
     "fields": {},
+    "robots": {"standard": "colonysim.physics.robot:STANDARD", "half": "colonysim.physics.robot:HALF"},
 }
 PHYSICS = ("physics", "bullet", "mujoco")
 """The backends of rigid bodies: of the engine that the scenario names, and of one engine each."""
@@ -67,7 +68,7 @@ def available(group: str) -> dict[str, str]:
     """Names and "module:Name" of everything in a group: our own and what is installed under `colonysim.<group>`.
 
     Args:
-        group: "backends", "policies" or "fields".
+        group: "backends", "policies", "fields" or "robots".
     """
     found = {point.name: point.value for point in entry_points(group=f"colonysim.{group}")}
     return {**found, **BUILT_IN[group]}

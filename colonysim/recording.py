@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import shown_path
+from colonysim.geometry.robots import with_robot
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.provenance import parts_of
@@ -110,6 +111,7 @@ def run(
         raise ColonysimError("record and decisions: both say what is kept; leave out decisions")
     if decisions is not None:
         warnings.warn("decisions= goes with colonysim 0.2; say record= instead", DeprecationWarning, stacklevel=2)
+    scenario = with_robot(scenario)
     kept = record if record is None or isinstance(record, Kept) else asked_for(record)
     mode = mode_of(scenario, mode)
     count = scenario.episodes if episodes is None else whole("episodes", episodes)

@@ -6,6 +6,9 @@ from colonysim.physics.scene cimport Scene as SceneType  # physics.py makes its 
 
 cdef class Physics:
     cdef public bint recording
+    cdef readonly object tick
+    cdef double _metre
+    cdef Py_ssize_t _pose_ticks
     cdef readonly object engine, push, feasibility, edge_seconds
     cdef readonly SceneType _scene
     cdef readonly Actions _actions
@@ -17,6 +20,9 @@ cdef class Physics:
     cpdef advance(self, now)
 
     cpdef SceneType _open(self)
+
+    @cython.locals(metre=double)
+    cdef _in_metres(self, pose)
 
     @cython.locals(scene=SceneType, rows=list)
     cdef _record_movers(self)

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from colonysim.backends.protocol import FeasibleWay
+    from colonysim.physics import Pose
     from colonysim.push.executors import Executor
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
@@ -44,11 +45,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Physics"]
 
-POSE_TICKS = 6
-"""Poses of movers are recorded at 10 Hz."""
+POSE_SECONDS = 0.1
+"""Poses of movers are recorded as often as this, as nearly as whole ticks allow."""
 APPROACH = 1.55
-"""Who takes hold of a box drives up to this distance from its centre: near, and out of contact, metres."""
-TURN_SECONDS = 1.2
+"""Who takes hold of a box drives up to this distance from its centre: near, and out of contact."""
+TURN_TIME = 1.2
 """Rough time of turning towards the next node, part of a typical edge's time."""
 ARRIVAL = 0.08
 FEASIBILITIES = ("geometry", "forest", "way")
@@ -82,7 +83,7 @@ class Physics:
             for the window.
     """
 
-    tick: float | None = TICK_SECONDS
+    tick: float | None
 
     def __init__(
         self,
@@ -96,6 +97,7 @@ class Physics:
         if not chosen:
             raise ColonysimError(f"no push executor {push!r}; {nearest(push, EXECUTORS)}")
         self.push = chosen[0]
+        self.tick = TICK_SECONDS
         self.edge_seconds = 1.0
         self.recording = True
         self._gui = gui
@@ -137,8 +139,13 @@ class Physics:
             self._laid_out = world.scenario
             self._layout = lay_out(world.scenario)
             self._traffic = Traffic(world.topology, self._layout.places)
-        layout = self._layout
-        self._scene = Scene(layout.terrain, layout.boxes, layout.robots, engine=self.engine.name, gui=self._gui)
+        layout, robot = self._layout, self._layout.robot
+        # All within is in units of the robot; what the simulation and the trace are told is not.
+        self._metre, self.tick = robot.scale, TICK_SECONDS * robot.time_unit
+        self._pose_ticks = max(1, round(POSE_SECONDS / self.tick))
+        self._scene = Scene(
+            layout.terrain, layout.boxes, layout.robots, robot=robot, engine=self.engine.name, gui=self._gui
+        )
         self._actions = Actions(self._scene)
         self._rows: list[TraceRow] = []
         self._now = 0.0
@@ -146,7 +153,8 @@ class Physics:
         x_scale = math.dist(self._layout.places[0], self._layout.places[-1]) / (
             world.topology.distance(0, len(world.topology) - 1) or 1.0
         )
-        self.edge_seconds = world.topology.mean_length * (x_scale or 1.0) / TRAVEL_SPEED + TURN_SECONDS
+        edge_time = world.topology.mean_length * (x_scale or 1.0) / TRAVEL_SPEED + TURN_TIME
+        self.edge_seconds = edge_time * robot.time_unit
         for agent in range(len(self._layout.robots)):
             self._record_pose("agent", agent)
         for box in range(len(self._layout.boxes)):
@@ -217,7 +225,7 @@ class Physics:
         self._now = now
         finished = [Finished(over[0], self._outcome(*over)) for over in self._actions.go_on()]
         scene.tick()
-        if self.recording and scene.ticks % POSE_TICKS == 0:
+        if self.recording and scene.ticks % self._pose_ticks == 0:
             self._record_movers()
         return finished
 
@@ -397,17 +405,22 @@ class Physics:
             return
         scene = self._open()
         pose = scene.robot(number) if body == "agent" else scene.box(number)
-        self._rows.append(TraceRow("poses", (self._now, body, number, *pose)))
+        self._rows.append(TraceRow("poses", (self._now, body, number, *self._in_metres(pose))))
 
     def _record_movers(self) -> None:
         """Where whoever is doing something is, and the boxes being pushed."""
         scene, rows, now = self._open(), self._rows, self._now
         # Half the time of TraceRow(...).
         for agent, action in self._actions.under_way():
-            rows.append(_make(TraceRow, ("poses", (now, "agent", agent, *scene.robot(agent)))))
+            rows.append(_make(TraceRow, ("poses", (now, "agent", agent, *self._in_metres(scene.robot(agent))))))
             if isinstance(action.intent, Push):
                 box = action.intent.box
-                rows.append(_make(TraceRow, ("poses", (now, "box", box, *scene.box(box)))))
+                rows.append(_make(TraceRow, ("poses", (now, "box", box, *self._in_metres(scene.box(box))))))
+
+    def _in_metres(self, pose: Pose) -> Pose:
+        """A pose of the scene as the trace keeps it."""
+        metre = self._metre
+        return pose if metre == 1.0 else pose._replace(x=metre * pose.x, y=metre * pose.y, z=metre * pose.z)
 
     def _log_for(self, agent: int) -> Log:
         if not self.recording:

@@ -49,6 +49,8 @@ class Backend(Protocol):
         tick: Control period in simulated seconds, or None for a backend that answers every `start` at once.
         edge_seconds: Typical simulated seconds of a travelled edge, known after `reset`: the unit of patience.
 
+    How long a tick is may change with a `reset`, too, but not whether there is one.
+
     Two more attributes may be there. `feasible_way` (a `FeasibleWay`) is for backends that can tell about pushes after
     the next one; it is asked about nodes within the agent's sight. Where it is absent or None, `feasible` is asked
     alone. `recording` (a bool) is set before `reset`, where it is there: False when nobody wants the `rows`.

@@ -6,7 +6,7 @@ import itertools
 import math
 from typing import TYPE_CHECKING, TypeAlias
 
-from colonysim.physics import MAX_WHEEL_SPEED, WHEEL_RADIUS, ticks_to_close
+from colonysim.physics import STANDARD, ticks_to_close
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -26,7 +26,7 @@ _TURNING = 0.05
 """Slower than this a robot turns on the spot, metres per second."""
 _BUMP, _BRAKING = 0.93, 0.15
 """Robots stop this far apart: metres, and metres for each metre per second."""
-_RADIUS, _FASTEST = WHEEL_RADIUS, MAX_WHEEL_SPEED * WHEEL_RADIUS
+_RADIUS, _FASTEST = STANDARD.wheel_radius, STANDARD.wheel_speed * STANDARD.wheel_radius
 LOOK_TICKS = 3
 """Near others, robots look out for them 20 times a second."""
 _AHEAD, _ASIDE = 0.3, 0.85

@@ -1,4 +1,4 @@
-"""From a scenario's graph to rigid bodies in metres: ground, pits, ramps, boxes, robots."""
+"""From a scenario's graph to rigid bodies: ground, pits, ramps, boxes, robots."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from colonysim.errors import ScenarioError
+from colonysim.geometry.fit import check_fit
 from colonysim.geometry.grounds import check_given, derived_terrain, given_terrain
 from colonysim.geometry.pits import heading, pits_for, pits_given, ways_to_holes
 from colonysim.geometry.plan import Plan
+from colonysim.geometry.robots import robot_of
 from colonysim.geometry.scale import (
     BOX_HEIGHT,
     BOX_LENGTH,
@@ -18,7 +21,8 @@ from colonysim.geometry.scale import (
     XY_SCALE,
     check_size,
 )
-from colonysim.physics import BoxSpec, RobotSpec, Terrain
+from colonysim.geometry.units import in_units
+from colonysim.physics import BoxSpec, Robot, RobotSpec, Terrain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,9 +34,10 @@ __all__ = ["Layout", "lay_out"]
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A scenario in metres.
+    """A scenario in units of its robot: metres and kilograms with the standard one, see `colonysim.physics.robot`.
 
     Attributes:
+        robot: What robot they are, in SI units.
         terrain: Ground, pits and ramps.
         places: x, y of each node.
         heights: Height of each node's ground; of a hole, of its rim.
@@ -42,6 +47,7 @@ class Layout:
         stray_beyond: A box further than this from its node is stray: a quarter of the mean edge.
     """
 
+    robot: Robot
     terrain: Terrain
     places: tuple[tuple[float, float], ...]
     heights: tuple[float, ...]
@@ -54,14 +60,30 @@ class Layout:
 def lay_out(scenario: Scenario) -> Layout:
     """Derives the bodies from the graph; the scenario's `physics:` section takes precedence.
 
+    What that leaves open has the size, in units of the robot, that it has with the standard one.
+
     Pits are whole boxes deep, their sides along the edge that they will be filled over; boxes face the way they will
     be pushed first.
 
     Raises:
         ScenarioError: The place cannot be built: pits too close to each other, levels that overlap, a box that is
-            wider than a pit, more or larger parts than an engine can move in a reasonable time.
+            wider than a pit, more or larger parts than an engine can move in a reasonable time. Or the robot is none
+            that the controls can handle, or the place is too narrow for it.
     """
-    topology, physics = scenario.topology, scenario.physics
+    robot = robot_of(scenario)
+    try:
+        layout = _laid_out(scenario, robot)
+    except ScenarioError as error:
+        if robot.scale == 1.0:
+            raise
+        # What is told there counts in units of the robot.
+        raise ScenarioError(f"{error} (all lengths times {robot.scale:g}, the scale of the robot)") from None
+    check_fit(scenario, layout)
+    return layout
+
+
+def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
+    topology, physics = scenario.topology, in_units(scenario.physics, robot)
     scale = float(physics.get("xy_scale") or XY_SCALE)
     lowest = min((box.height for box in scenario.boxes), default=1.0)
     z_scale = float(physics.get("z_scale") or BOX_HEIGHT / lowest)
@@ -92,6 +114,7 @@ def lay_out(scenario: Scenario) -> Layout:
         _check_work(scenario, scale, len(plan.levels), len(plan.slopes))
         terrain = derived_terrain(plan)
     return Layout(
+        robot,
         terrain,
         places,
         tuple(heights),

@@ -1,4 +1,4 @@
-"""How large things are in metres unless a scenario says otherwise, and how large they may be."""
+"""How large things are unless a scenario says otherwise, and how large they may be, in units of the robot."""
 
 from __future__ import annotations
 

@@ -18,27 +18,22 @@ from colonysim.physics.engine import (
     make_engine,
 )
 from colonysim.physics.pits import Pit
-from colonysim.physics.robot import (
-    BUMPER,
-    HALF_WIDTH,
-    MAX_WHEEL_SPEED,
-    TRACK,
-    WHEEL_RADIUS,
-    WheelSpeeds,
-    wheel_speeds,
-)
+from colonysim.physics.robot import HALF, STANDARD, Robot
 from colonysim.physics.scene import TICK_SECONDS, Scene, ticks_to_close
-from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, wrap
+from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, Slab, wrap
 from colonysim.physics.terrain import Ground, Ramp, Terrain
+from colonysim.physics.traction import WheelSpeeds, wheel_speeds
+
+BUMPER, HALF_WIDTH = STANDARD.bumper, STANDARD.half_width
+"""Half the standard robot's length, and half its width over the wheels, metres."""
 
 __all__ = [
     "BUMPER",
     "ENGINES",
+    "HALF",
     "HALF_WIDTH",
-    "MAX_WHEEL_SPEED",
+    "STANDARD",
     "TICK_SECONDS",
-    "TRACK",
-    "WHEEL_RADIUS",
     "BoxSpec",
     "Engine",
     "EngineFacts",
@@ -48,8 +43,10 @@ __all__ = [
     "Pit",
     "Pose",
     "Ramp",
+    "Robot",
     "RobotSpec",
     "Scene",
+    "Slab",
     "Terrain",
     "WheelSpeeds",
     "default_engine",

@@ -1,277 +1,161 @@
-"""The robot: four wheels, a bumper low enough to press a box into a pit, and its traction.
+"""What a robot is: sizes, masses, motors and grip, in SI units, and the units in which a scene counts.
 
-Sphere wheels with engine friction grip differently in every world direction, so the wheels here are
-frictionless and traction is a servo on the body: every physics step it pulls the body's forward,
-sideways and turning speed towards what the wheels ask for, within the friction the ground can give.
-Sideways sliding of tyres is therefore modelled as a capped force, not as slip at each wheel.
+Everything that drives and pushes was tuned, and its network trained, on one robot, the standard one. A robot of
+another size uses all of it unchanged, because a scene counts in *units of its robot*: lengths in `scale` metres, times
+in sqrt(scale) seconds, masses in scale³ kilograms. In these units gravity is 9.81 again, and coefficients of friction
+have none: bodies that are alike in shape, mass and speed move alike (Froude's law of similarity). A robot of half the
+size is the standard robot in a world whose metre is .5 m and whose second is .71 s: it falls, slips and turns that much
+sooner, its wheels turn 1.41 times as fast, and it is controlled 85 instead of 60 times a second.
+
+So only what is *not* alike (a longer chassis, slower motors, a heavier load) asks anything new of the controls;
+`LIMITS` say how much of that they were found to bear.
 """
 
+from __future__ import annotations
+
 import math
-from collections.abc import Sequence
-from math import asin, atan2
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
 
-from colonysim.physics.engine import Engine
-from colonysim.physics.shapes import Pose, Quat, RobotSpec, Vec3, quaternion
+__all__ = ["HALF", "LIMITS", "SCALES", "STANDARD", "Robot"]
 
-WHEEL_RADIUS = 0.12
-TRACK = 0.50
-"""Distance of the left from the right wheels, metres."""
-MAX_WHEEL_SPEED = 8.0
-"""Radians per second."""
-BUMPER = 0.36
-"""The bumper stands this far ahead of the robot's origin, metres (and the tail as far behind)."""
-REACH = BUMPER - 0.1
-"""Nose and tail are looked at this far from the robot's origin, metres."""
-HALF_WIDTH = 0.37
-"""Half the width over the wheels, metres; the chassis itself is .305 m."""
-
-_WHEELBASE_HALF = 0.22
-_CHASSIS_LOW, _CHASSIS_HIGH = 0.05, 0.34
-_CENTRE = (_CHASSIS_LOW + _CHASSIS_HIGH) / 2
-_CHASSIS_HALF = (BUMPER, 0.305, (_CHASSIS_HIGH - _CHASSIS_LOW) / 2)
-_CHASSIS_MASS, _WHEEL_MASS = 42.0, 2.0
-_MASS = _CHASSIS_MASS + 4 * _WHEEL_MASS
-_BUMPER_FRICTION = 1.0
-_GRIP = 0.8
-"""Friction between tyres and ground."""
-_WEIGHT = _MASS * 9.81
-_SERVO = 60.0
-"""Velocity errors are corrected at this rate, 1/s."""
-_YAW_INERTIA = 3.7
-_MAX_TORQUE = 100.0
-_UPRIGHT = 0.8
-"""Below this cosine of the tilt the wheels have lost the ground."""
-_AT_REST = 1e-3
-_STILL = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-_DROWSY = 1e-3
-"""Above this sum of squared speeds no body falls asleep (the engine's threshold is far lower)."""
-_LOOK_TICKS = 5
-_FALLING = 0.05
-_FORCE_AT = (0.0, 0.0, -0.19)
-_make = tuple.__new__
-# What others import is an object for Python; these are plain numbers once compiled.
-_RADIUS, _HALF_TRACK, _FASTEST, _REACH = WHEEL_RADIUS, TRACK / 2, MAX_WHEEL_SPEED, REACH
-_AHEAD_PER_WHEELS, _TURN_PER_WHEELS = WHEEL_RADIUS / 2, WHEEL_RADIUS / TRACK
+SCALES = (0.2, 4.0)
+"""Least and largest `Robot.scale`. Similarity knows no bounds, but tyres, motors and floors do."""
 
 
-class WheelSpeeds(NamedTuple):
-    """Left and right wheel speed, radians per second."""
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A robot with four wheels, driven from the left and the right, and a chassis that pushes with its front.
 
-    left: float
-    right: float
-
-
-def wheel_speeds(forward: float, turn: float) -> WheelSpeeds:
-    """Wheel speeds of a differential drive, the pair scaled down to what the motors reach.
-
-    Args:
-        forward: Speed ahead, m/s.
-        turn: Turn rate to the left, rad/s.
-    """
-    left = (forward - turn * _HALF_TRACK) / _RADIUS
-    right = (forward + turn * _HALF_TRACK) / _RADIUS
-    if abs(left) > _FASTEST or abs(right) > _FASTEST:
-        fastest = max(abs(left), abs(right))
-        left, right = left * _FASTEST / fastest, right * _FASTEST / fastest
-    # Made for every moving robot in every tick: half the time of WheelSpeeds(left, right).
-    return _make(WheelSpeeds, (left, right))
-
-
-def origin_pose(position: Vec3, rotation: Quat) -> Pose:
-    """The robot's pose, its origin on the ground, from the pose of its chassis."""
-    # Asked for by every robot that is looked at: `euler` is written out here.
-    px, py, pz = position
-    x, y, z, w = rotation
-    upright = 1 - 2 * (x * x + y * y)
-    lean, tip = 2 * (w * x + y * z), 2 * (w * y - z * x)
-    return _make(
-        Pose,
-        (
-            px - _CENTRE * (2 * (x * z + w * y)),
-            py - _CENTRE * (2 * (y * z - w * x)),
-            pz - _CENTRE * upright,
-            atan2(lean, upright),
-            asin(tip if -1.0 <= tip <= 1.0 else max(-1.0, min(1.0, tip))),
-            atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
-        ),
-    )
-
-
-def chassis_place(x: float, y: float, z: float, yaw: float) -> tuple[Vec3, Quat]:
-    """Position and rotation of the chassis of a robot that stands level at a place."""
-    return (x, y, z + _CENTRE), quaternion(yaw)
-
-
-def build_robot(engine: Engine, spec: RobotSpec) -> int:
-    """Create a robot's body."""
-    position, rotation = chassis_place(spec.x, spec.y, spec.z, spec.yaw)
-    axle = WHEEL_RADIUS - _CENTRE
-    return engine.add_robot(
-        _CHASSIS_HALF,
-        _CHASSIS_MASS,
-        _BUMPER_FRICTION,
-        [(x, y, axle) for x in (_WHEELBASE_HALF, -_WHEELBASE_HALF) for y in (TRACK / 2, -TRACK / 2)],
-        WHEEL_RADIUS,
-        _WHEEL_MASS,
-        position,
-        rotation,
-    )
-
-
-class Traction:
-    """Drives one robot's body; called once for every physics step.
+    The defaults are the standard robot's.
 
     Attributes:
-        body: The engine's name of the robot.
-        left: Left wheel speed asked for, rad/s.
-        right: Right wheel speed asked for, rad/s.
-        grounded: Whether a wheel stood on something at the last look.
-        upright: Cosine of the tilt at the last step (not a number when the pose is not).
-        resting: Whether the last step needed no force at all.
+        scale: How many times as large as the standard robot it counts: the length of its unit in metres.
+        length: Of the chassis, from the bumper to the tail, metres.
+        width: Of the chassis, metres.
+        clearance: Height of the chassis' underside over the ground, metres.
+        height: Height of the chassis' upper side over the ground, metres.
+        wheel_radius: Metres.
+        track: Distance of the left from the right wheels, metres.
+        wheelbase: Distance of the front from the rear axle, metres.
+        chassis_mass: With everything on it but the wheels, kg.
+        wheel_mass: Of each of the four wheels, kg.
+        wheel_speed: The fastest that the motors turn the wheels, rad/s.
+        grip: Friction coefficient between tyres and ground.
+        bumper_friction: Friction coefficient of the chassis; that of a contact is the product with the other body's.
     """
 
-    __slots__ = (
-        "_countdown", "_engine", "_frame", "_lift", "_pose", "_slow",
-        "body", "grounded", "left", "resting", "right", "upright",
-    )  # fmt: skip
+    scale: float = 1.0
+    length: float = 0.72
+    width: float = 0.61
+    clearance: float = 0.05
+    height: float = 0.34
+    wheel_radius: float = 0.12
+    track: float = 0.50
+    wheelbase: float = 0.44
+    chassis_mass: float = 42.0
+    wheel_mass: float = 2.0
+    wheel_speed: float = 8.0
+    grip: float = 0.8
+    bumper_friction: float = 1.0
 
-    def __init__(self, engine: Engine, body: int) -> None:
-        self._engine = engine
-        self.body = body
-        self.left = self.right = 0.0
-        self.grounded = True
-        self.resting = False
-        self.upright = 1.0
-        self._lift = 0.0
-        self._slow = True
-        self._countdown = 0
-        # The chassis's place is read from the engine, and the robot's pose worked out, once between two steps.
-        self._frame: tuple[Vec3, Quat] | None = None
-        self._pose: Pose | None = None
+    def scaled(self, ratio: float) -> Robot:
+        """A robot `ratio` times as large that moves alike: masses grow with its volume, speeds with sqrt(ratio)."""
+        if ratio == 1.0:
+            return self
+        return replace(self, **{name: getattr(self, name) * ratio**power for name, power in _POWERS.items()})
 
-    def pose(self) -> Pose:
-        """The robot's pose, its origin on the ground."""
-        pose = self._pose
-        if pose is None:
-            frame = self._frame
-            if frame is None:
-                frame = self._frame = self._engine.pose(self.body)
-            pose = self._pose = origin_pose(*frame)
-        return pose
+    def in_units(self) -> Robot:
+        """The same robot in its own units: lengths in `scale` metres, and so on; its scale is 1."""
+        return self.scaled(1.0 / self.scale)
 
-    def course(self) -> tuple[float, float, float]:
-        """x, y and yaw of the pose, bit for bit, at less than half its price."""
-        if self._pose is not None:
-            return self._pose.x, self._pose.y, self._pose.yaw
-        frame = self._frame
-        if frame is None:
-            frame = self._frame = self._engine.pose(self.body)
-        (px, py, _), (x, y, z, w) = frame
-        return (
-            px - _CENTRE * (2 * (x * z + w * y)),
-            py - _CENTRE * (2 * (y * z - w * x)),
-            atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
-        )
+    @property
+    def time_unit(self) -> float:
+        """Seconds that pass while a scene of such robots counts one."""
+        return math.sqrt(self.scale)
 
-    def lowest(self) -> float:
-        """Height of the nose or the tail, whichever is lower; no finite number if the pose is none."""
-        frame = self._frame
-        if frame is None:
-            frame = self._frame = self._engine.pose(self.body)
-        (px, py, pz), (x, y, z, w) = frame
-        height = pz - _CENTRE * (1 - 2 * (x * x + y * y)) - _REACH * abs(2 * (w * y - z * x))
-        return height + 0.0 * (px + py)  # which says so if x or y are none
+    @property
+    def mass_unit(self) -> float:
+        """Kilograms in the unit of mass of a scene of such robots."""
+        return self.scale**3
 
-    def ask(self, left: float, right: float) -> None:
-        """Set the wheel speeds, rad/s, each cut off at the motors' limit."""
-        left = max(-_FASTEST, min(_FASTEST, left))
-        right = max(-_FASTEST, min(_FASTEST, right))
-        if left != self.left or right != self.right:
-            self.left, self.right = left, right
-            self.resting = False
-            if self._slow:
-                # Forces do not wake a sleeping body, and a robot that pushes in vain may have fallen asleep.
-                self._engine.wake(self.body)
+    @property
+    def bumper(self) -> float:
+        """How far the bumper stands ahead of the robot's origin, and the tail behind it, metres."""
+        return self.length / 2
 
-    def settle(self) -> None:
-        """Forget the past after the robot was put somewhere; its wheels stop."""
-        self.left = self.right = 0.0
-        # There is no contact until the next step: without this the first tick would have no brakes.
-        self.grounded, self.resting, self.upright = True, False, 1.0
-        self._lift, self._slow, self._countdown = 0.0, True, _LOOK_TICKS
-        self._frame = self._pose = None
+    @property
+    def half_width(self) -> float:
+        """Half the width over the wheels or the chassis, whichever is wider, metres."""
+        return max(self.track / 2 + self.wheel_radius, self.width / 2)
 
-    def state(self) -> tuple[float, ...]:
-        """What it remembers from one step to the next, as plain numbers for `resume`."""
-        return (
-            self.left, self.right, float(self.grounded), float(self.resting), self.upright,
-            self._lift, float(self._slow), float(self._countdown),
-        )  # fmt: skip
+    @property
+    def radius(self) -> float:
+        """Radius of the disc that it sweeps when it turns on the spot, metres."""
+        wheels = math.hypot(self.wheelbase, self.track) / 2 + self.wheel_radius
+        return max(math.hypot(self.length, self.width) / 2, wheels)
 
-    def resume(self, state: Sequence[float]) -> None:
-        """Go on from a state; the body has been brought back by the engine.
+    @property
+    def centre(self) -> float:
+        """Height of the chassis' centre over the ground, metres."""
+        return (self.clearance + self.height) / 2
 
-        Raises:
-            ValueError: It is no such state.
-        """
-        left, right, grounded, resting, upright, lift, slow, countdown = map(float, state)
-        self.left, self.right, self.upright, self._lift = left, right, upright, lift
-        self.grounded, self.resting, self._slow = grounded != 0.0, resting != 0.0, slow != 0.0
-        self._countdown = int(countdown)
-        self._frame = self._pose = None
+    @property
+    def mass(self) -> float:
+        """Of all of it, kg."""
+        return self.chassis_mass + 4 * self.wheel_mass
 
-    def look(self) -> None:
-        """Find out whether the wheels stand on something; called before every tick.
+    @property
+    def yaw_inertia(self) -> float:
+        """Moment of inertia about the vertical through its origin, kg m², the wheels being points."""
+        chassis = self.chassis_mass * (self.length**2 + self.width**2) / 12
+        return chassis + self.wheel_mass * (self.wheelbase**2 + self.track**2)
 
-        Asking the engine for contacts costs more than the rest of the servo, so it is done when the body
-        moves along its own vertical, as in a fall, and otherwise ten times a second.
-        """
-        if self.resting:
-            return
-        self._countdown -= 1
-        if self._countdown < 0 or not self.grounded or abs(self._lift) > _FALLING:
-            self.grounded = self._engine.stands(self.body)
-            self._countdown = _LOOK_TICKS
+    def trouble(self) -> tuple[str, str] | None:
+        """A field that the controls cannot handle, and what is wrong with it, in words; None if there is none."""
+        if not SCALES[0] <= self.scale <= SCALES[1]:
+            return "scale", f"got {self.scale:g}, expected {SCALES[0]:g} to {SCALES[1]:g}"
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name == "scale":
+                continue
+            low, high = (bound * self.scale ** _POWERS[field.name] for bound in LIMITS[field.name])
+            if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
+                size = "" if self.scale == 1.0 else f" at scale {self.scale:g}"
+                expected = f"{low:.4g} to {high:.4g}{size}, which the controls handle"
+                return field.name, f"got {value:g}, expected {expected}"
+        most = self.length - 2 * self.wheel_radius - _BEHIND * self.scale
+        if self.wheelbase > most * (1 + _ROUNDING):
+            behind = "so that the wheels are behind the bumper"
+            return "wheelbase", f"got {self.wheelbase:g}, expected at most {most:.4g}, {behind}"
+        most = _LARGER * STANDARD.radius * self.scale
+        if self.radius > most:
+            return "length", (
+                f"got {self.length:g}: on the spot, the robot turns in a disc of {self.radius:.4g} m, expected at most"
+                f" {most:.4g} m; a larger scale keeps it further from all else"
+            )
+        return None
 
-    def apply(self) -> None:
-        """Push the body towards the speeds its wheels ask for, as far as the ground's grip allows."""
-        engine, body = self._engine, self.body
-        frame = self._frame
-        self._frame = self._pose = None
-        velocity = engine.velocity(body)
-        if self.resting and velocity == _STILL:
-            return
-        _, (x, y, z, w) = frame or engine.pose(body)
-        self.upright = r22 = 1 - 2 * (x * x + y * y)
-        if not (self.grounded and r22 >= _UPRIGHT):
-            self.resting, self._slow = False, True
-            return
-        (vx, vy, vz), (wx, wy, wz) = velocity
-        r20, r21 = 2 * (x * z - w * y), 2 * (y * z + w * x)
-        r02, r12 = 2 * (x * z + w * y), 2 * (y * z - w * x)
-        left, right = self.left, self.right
-        if (
-            left == 0.0 == right
-            and abs(r20) < _AT_REST
-            and abs(r21) < _AT_REST
-            and abs(vx) + abs(vy) + abs(wz) < _AT_REST
-        ):
-            # A parked robot on level ground is left alone, so that the engine can let it sleep.
-            self.resting = self._slow = True
-            return
-        self.resting = False
-        self._slow = vx * vx + vy * vy + wz * wz < _DROWSY
-        self._lift = vx * r02 + vy * r12 + vz * r22
-        ahead = vx * (1 - 2 * (y * y + z * z)) + vy * 2 * (x * y + w * z) + vz * r20
-        aside = vx * 2 * (x * y - w * z) + vy * (1 - 2 * (x * x + z * z)) + vz * r21
-        turning = wx * r02 + wy * r12 + wz * r22
-        fx = _SERVO * _MASS * ((left + right) * _AHEAD_PER_WHEELS - ahead) + _WEIGHT * r20
-        fy = -_SERVO * _MASS * aside + _WEIGHT * r21
-        most = _GRIP * _WEIGHT * r22
-        asked = math.hypot(fx, fy)
-        if asked > most:
-            fx, fy = fx * most / asked, fy * most / asked
-        torque = _YAW_INERTIA * _SERVO * ((right - left) * _TURN_PER_WHEELS - turning)
-        torque = max(-_MAX_TORQUE, min(_MAX_TORQUE, torque))
-        engine.push(body, (fx, fy, 0.0), _FORCE_AT, (0.0, 0.0, torque))
+
+_ROUNDING = 1e-9
+_BEHIND = 0.01
+"""Wheels that stand out beyond the bumper touch the box, and have no friction: it slides off. Metres, at scale 1."""
+_LARGER = 1.02
+"""Ways are planned for the disc that the standard robot sweeps."""
+_POWERS = {
+    "scale": 1.0, "length": 1.0, "width": 1.0, "clearance": 1.0, "height": 1.0, "wheel_radius": 1.0, "track": 1.0,
+    "wheelbase": 1.0, "chassis_mass": 3.0, "wheel_mass": 3.0, "wheel_speed": -0.5, "grip": 0.0, "bumper_friction": 0.0,
+}  # fmt: skip
+"""With which power of its size each number of a robot grows, so that it moves alike."""
+
+LIMITS = {
+    "length": (0.5, 0.8), "width": (0.45, 0.7), "clearance": (0.01, 0.1), "height": (0.2, 0.5),
+    "wheel_radius": (0.06, 0.15), "track": (0.3, 0.6), "wheelbase": (0.2, 0.5), "chassis_mass": (8.0, 200.0),
+    "wheel_mass": (0.5, 8.0), "wheel_speed": (3.0, 100.0), "grip": (0.3, 1.2), "bumper_friction": (0.3, 2.0),
+}  # fmt: skip
+"""Least and most of each number, at scale 1, with which single pushes were found to succeed as they do with the
+standard robot, one number changed at a time; slower wheels are slower than the controls push."""
+
+STANDARD = Robot()
+"""The robot that everything was tuned on, of the size of a Summit-XL."""
+HALF = STANDARD.scaled(0.5)
+"""A robot of half its size that moves alike: an eighth of the mass, wheels that turn up to 11.3 rad/s."""

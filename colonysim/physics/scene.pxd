@@ -1,6 +1,6 @@
 # The types of scene.py when it is compiled.
 cimport cython
-from colonysim.physics.robot cimport Traction
+from colonysim.physics.traction cimport Traction
 from colonysim.physics.shapes cimport euler
 
 cdef double _CLOSER_IN_A_TICK, _ENDLESS
@@ -10,7 +10,7 @@ cpdef int ticks_to_close(double gap)
 
 
 cdef class Scene:
-    cdef readonly object terrain, _engine
+    cdef readonly object terrain, model, _engine
     cdef readonly tuple boxes, _present
     cdef readonly Py_ssize_t ticks
     cdef readonly double time

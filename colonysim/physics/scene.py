@@ -7,31 +7,38 @@ from types import TracebackType
 from typing import Any, Self
 
 from colonysim.physics.engine import STEP_SECONDS, Engine, EngineFacts, default_engine, make_engine
-from colonysim.physics.robot import MAX_WHEEL_SPEED, REACH, WHEEL_RADIUS, Traction, build_robot, chassis_place
+from colonysim.physics.robot import STANDARD, Robot
 from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, euler, quaternion
 from colonysim.physics.terrain import Pit, Terrain
+from colonysim.physics.traction import Traction, build_robot, chassis_place
 
 _STEPS_PER_TICK = 2
 TICK_SECONDS = _STEPS_PER_TICK * STEP_SECONDS
-"""Seconds of one control tick."""
-_GROUND_FRICTION = 0.8
+"""Length of one control tick, in units of time: seconds with the standard robot."""
+GROUND_FRICTION = 0.8
+"""Of the ground under boxes; what the tyres have is the robot's grip."""
 _FLIPPED_TICKS = 30
 _SUNK = 0.08
 _FALLEN = 0.3
 _ENDLESS = math.inf
 _make = tuple.__new__
 _SEATED = 0.02
-_CLOSER_IN_A_TICK = 2 * MAX_WHEEL_SPEED * WHEEL_RADIUS * TICK_SECONDS
+_CLOSER_IN_A_TICK = 2 * STANDARD.wheel_speed * STANDARD.wheel_radius * TICK_SECONDS
+"""No robot is driven faster than the standard one can."""
 _FOREVER = 1_000_000
 
 
 def ticks_to_close(gap: float) -> int:
-    """For how many ticks two robots cannot come nearer to each other by so many metres; none if it is no number."""
+    """For how many ticks two robots cannot come nearer to each other by such a distance; none if it is no number."""
     return int(min(gap / _CLOSER_IN_A_TICK, _FOREVER)) if gap > 0.0 else 0
 
 
 class Scene:
     """Rigid bodies in one engine.
+
+    A scene counts in units of its robot (`colonysim.physics.robot`): what it is given and what it answers are metres,
+    kilograms and seconds with the standard robot, and with another one so many times `scale` metres, `mass_unit`
+    kilograms and `time_unit` seconds.
 
     The same calls give the same poses bit for bit, also in another process with the same build of the same engine
     and processor family. Two engines give different poses.
@@ -40,6 +47,7 @@ class Scene:
         terrain: The fixed ground.
         boxes: Boxes to create, in the order of their indices.
         robots: Robots to create, in the order of their indices.
+        robot: What robot they are, in SI units.
         gui: Show a window (Bullet only).
         engine: Name of the engine, or one that is empty and steps `STEP_SECONDS`; by default the first of "bullet" and
             "mujoco" that is installed.
@@ -47,8 +55,9 @@ class Scene:
     Attributes:
         terrain: The fixed ground.
         boxes: The boxes as they were created.
+        model: What robot the robots are, in its own units.
         ticks: Control ticks since the scene was made.
-        time: Simulated seconds since the scene was made.
+        time: Simulated time since the scene was made.
 
     Raises:
         MissingEngineError: The engine is not installed.
@@ -63,18 +72,20 @@ class Scene:
         boxes: Sequence[BoxSpec],
         robots: Sequence[RobotSpec],
         *,
+        robot: Robot = STANDARD,
         gui: bool = False,
         engine: Engine | str | None = None,
     ) -> None:
         self.terrain = terrain
         self.boxes = tuple(boxes)
+        self.model = model = robot.in_units()
         self.ticks = 0
         self.time = 0.0
         if engine is None or isinstance(engine, str):
             engine = make_engine(engine or default_engine(), gui=gui)
         self._engine: Engine = engine
         for slab in terrain.slabs():
-            self._engine.add_slab(slab, _GROUND_FRICTION)
+            self._engine.add_slab(slab, GROUND_FRICTION)
         self._boxes = [
             self._engine.add_box(
                 (b.length / 2, b.length / 2, b.height / 2),
@@ -85,7 +96,9 @@ class Scene:
             )
             for b in boxes
         ]
-        self._tractions: list[Traction | None] = [Traction(self._engine, build_robot(self._engine, r)) for r in robots]
+        self._tractions: list[Traction | None] = [
+            Traction(self._engine, build_robot(self._engine, model, r), model) for r in robots
+        ]
         self._tilted = [0] * len(self._tractions)
         self._present = tuple(range(len(self._tractions)))
         self._bottom = min([g.z for g in terrain.grounds] + [pit.rim - pit.depth for pit in terrain.pits])
@@ -103,11 +116,11 @@ class Scene:
         return len(self._tractions)
 
     def drive(self, robot: int, left: float, right: float) -> None:
-        """Ask a robot for wheel speeds, kept until changed.
+        """Ask a robot for wheel speeds, kept until changed; a pair that the motors do not reach is scaled down.
 
         Args:
             robot: Index of the robot.
-            left: Left wheel speed, rad/s; beyond the motors' 8 rad/s it is cut off.
+            left: Left wheel speed, rad/s, as of the standard robot's wheels.
             right: Right wheel speed, rad/s.
         """
         self._traction(robot).ask(left, right)
@@ -151,7 +164,7 @@ class Scene:
     def place_robot(self, i: int, x: float, y: float, z: float, yaw: float) -> None:
         """Put a robot somewhere, level, at rest, its wheels stopped; `z` is the ground under it."""
         traction = self._traction(i)
-        self._engine.place(traction.body, *chassis_place(x, y, z, yaw))
+        self._engine.place(traction.body, *chassis_place(self.model, x, y, z, yaw))
         traction.settle()
         self._tilted[i] = 0
         self._forget()
@@ -185,9 +198,9 @@ class Scene:
         if tilted >= _FLIPPED_TICKS:
             return "flipped"
         x, y, z, _, pitch, yaw = self.robot(i)
-        dip, c, s = math.sin(pitch), math.cos(yaw), math.sin(yaw)
+        dip, c, s, nose = math.sin(pitch), math.cos(yaw), math.sin(yaw), self._traction(i).reach
         for pit in self.terrain.pits:
-            for reach in (REACH, 0.0, -REACH):
+            for reach in (nose, 0.0, -nose):
                 if z - reach * dip < pit.rim - _SUNK and pit.contains(x + reach * c, y + reach * s):
                     return "in_pit"
         return "fallen" if z < self._bottom - _FALLEN else None

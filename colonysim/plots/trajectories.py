@@ -85,10 +85,11 @@ def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | N
         return None
     import pyarrow.compute as pc
 
+    from colonysim.geometry.robots import robot_of
     from colonysim.geometry.scale import XY_SCALE
 
-    # Bodies are in metres: the graph's coordinates times the scale that the scenario gives or leaves open.
-    scale = float(run.scenario.physics.get("xy_scale") or XY_SCALE)
+    # Bodies are in metres: the graph's coordinates times the scale that the scenario gives, or the robot's size.
+    scale = float(run.scenario.physics.get("xy_scale") or XY_SCALE * robot_of(run.scenario).scale)
     poses = poses.filter(pc.equal(poses["episode"], episode))
     agents: dict[int, Way] = defaultdict(list)
     boxes: dict[int, Way] = defaultdict(list)

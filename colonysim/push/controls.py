@@ -8,8 +8,9 @@ import math
 from collections.abc import Callable
 from enum import IntEnum
 
-from colonysim.physics.robot import MAX_WHEEL_SPEED, WheelSpeeds
+from colonysim.physics.robot import STANDARD
 from colonysim.physics.shapes import wrap
+from colonysim.physics.traction import WheelSpeeds
 from colonysim.push.state import State
 
 __all__ = [
@@ -25,7 +26,7 @@ SIDE = 0.6
 """Points L and R lie this far to the left and right of the box's centre, metres."""
 _NO_LINE = 0.05
 """With the box this close to the goal, metres, the two no longer define a line."""
-_QUARTER_TURN, _FASTEST = math.pi / 2, MAX_WHEEL_SPEED
+_QUARTER_TURN, _FASTEST = math.pi / 2, STANDARD.wheel_speed
 
 
 class Control(IntEnum):

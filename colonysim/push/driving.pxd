@@ -1,6 +1,6 @@
 # The types of driving.py when it is compiled.
 cimport cython
-from colonysim.physics.robot cimport wheel_speeds
+from colonysim.physics.traction cimport wheel_speeds
 from colonysim.physics.scene cimport Scene, ticks_to_close
 from colonysim.physics.shapes cimport wrap
 

@@ -5,9 +5,9 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from math import atan2, hypot
 
-from colonysim.physics.robot import BUMPER, WheelSpeeds, wheel_speeds
 from colonysim.physics.scene import Scene, ticks_to_close
 from colonysim.physics.shapes import Pose, wrap
+from colonysim.physics.traction import WheelSpeeds, wheel_speeds
 from colonysim.push.paths import ROBOT_CLEARANCE, FreeSpace, Obstacles, Point, Surroundings
 from colonysim.push.task import Chooser, Log, Manoeuvre, ManoeuvreResult, ignore
 
@@ -129,7 +129,7 @@ class Pilot:
 
     def leave_box(self) -> Part:
         """Back off when a box stands right at the bumper, else do nothing."""
-        pose = self.pose
+        pose, bumper = self.pose, self.scene.model.bumper
         for i, spec in enumerate(self.scene.boxes):
             box = self.scene.box(i)
             ahead, aside = in_frame(pose, box.x, box.y)
@@ -137,7 +137,7 @@ class Pilot:
             # The upper edge of a box that lies in a pit is level with the ground: nothing to back off from.
             if box.z < pose.z or abs(aside) > reach + 0.3 or ahead < 0.0:
                 continue
-            if ahead < reach * 1.42 + BUMPER + _TOUCH and hypot(ahead, aside) < 2 * reach + BUMPER:
+            if ahead < reach * 1.42 + bumper + _TOUCH and hypot(ahead, aside) < 2 * reach + bumper:
                 return (yield from self.straight(-BACK_OFF, BACK_SPEED, "back"))
         return "done"
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from colonysim.physics import BUMPER, Pose, Scene
+from colonysim.physics import Pose, Scene
 from colonysim.push.driving import BACK_OFF
 from colonysim.push.paths import FreeSpace, Point, Surroundings
 from colonysim.push.staging import at_face, face_for, plan_push, staging_points
@@ -68,7 +68,7 @@ def foresee(scene: Scene, robot: int, tasks: Sequence[PushTask], around: Surroun
     at: Pose | None = None
     for number, task in enumerate(tasks):
         pose, at = pose or scene.robot(robot), at or scene.box(task.box)
-        length = scene.boxes[task.box].length
+        contact = scene.boxes[task.box].length / 2 + scene.model.bumper
         plan = plan_push(scene, task.box, task, around, at)
         without = replace(around, boxes=tuple(i for i in around.boxes if i != task.box))
         if number:
@@ -77,7 +77,7 @@ def foresee(scene: Scene, robot: int, tasks: Sequence[PushTask], around: Surroun
             others = replace(without, boxes=(*without.boxes, task.box))
         space = FreeSpace(scene, without)
         first, last = plan.legs[0], plan.legs[-1]
-        ready = at_face(pose, at, length, first.heading)
+        ready = at_face(pose, at, contact, first.heading)
         handovers = [staging_points(scene, task.box, leg.start, leg.heading, coarse=True) for leg in plan.legs]
         slacks = [max(space.slack(x, y) for x, y in points) for points in handovers[1 if ready else 0 :]]
         staging = min(slacks, default=AMPLE)
@@ -95,9 +95,8 @@ def foresee(scene: Scene, robot: int, tasks: Sequence[PushTask], around: Surroun
             float(task.kind == "hole"),
         )
         c, s = math.cos(last.heading), math.sin(last.heading)
-        away = length / 2 + BUMPER
         at = at._replace(x=task.goal[0], y=task.goal[1], yaw=last.heading)
-        pose = pose._replace(x=at.x - away * c, y=at.y - away * s, yaw=last.heading)
+        pose = pose._replace(x=at.x - contact * c, y=at.y - contact * s, yaw=last.heading)
 
 
 def _can_reach(space: FreeSpace, pose: Pose, places: Sequence[Point], at: Pose) -> bool:

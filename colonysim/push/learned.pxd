@@ -11,7 +11,7 @@ cdef class ControlLoop:
     cdef Pilot _pilot
     cdef object _task, _rules
     cdef Py_ssize_t _ticks, _check_every
-    cdef double _started_at
+    cdef double _started_at, _bumper
 
     cdef _look(self)
     cdef _over(self)

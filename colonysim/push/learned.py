@@ -200,6 +200,7 @@ class ControlLoop:
 
     def __init__(self, pilot: Pilot, task: PushTask, rules: Rules) -> None:
         self._pilot, self._task, self._rules = pilot, task, rules
+        self._bumper = pilot.scene.model.bumper
         self._ticks, self._check_every = rules.ticks, rules.check_every
         self.state = self._look()
         self._started_at = self.state.cross_track
@@ -236,7 +237,7 @@ class ControlLoop:
         return reason
 
     def _look(self) -> State:
-        return observe(self._pilot.pose, self._pilot.scene.box(self._task.box), self._task)
+        return observe(self._pilot.pose, self._pilot.scene.box(self._task.box), self._task, self._bumper)
 
     def _over(self) -> str:
         pilot = self._pilot

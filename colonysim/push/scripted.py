@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from colonysim.physics.robot import BUMPER, wheel_speeds
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
 from colonysim.physics.terrain import Pit
+from colonysim.physics.traction import wheel_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot, in_frame
 from colonysim.push.judging import box_ending
 from colonysim.push.paths import Obstacles
@@ -120,7 +120,7 @@ def _push_leg(pilot: Pilot, task: PushTask, leg: Leg, obstacles: Obstacles, spee
 def _touch(pilot: Pilot, box: int, heading: float) -> Part:
     """Drive straight ahead until the bumper is at the box."""
     scene = pilot.scene
-    contact = scene.boxes[box].length / 2 + BUMPER + _CONTACT_SLACK
+    contact = scene.boxes[box].length / 2 + scene.model.bumper + _CONTACT_SLACK
     until = scene.time + 4.0
     while True:
         pose, at = pilot.pose, scene.box(box)
@@ -139,7 +139,8 @@ def _track(pilot: Pilot, box: int, leg: Leg, pit: Pit | None, speed: float) -> P
     """Push the box along the leg's line until it is there, or until the bumper is past the pit's edge."""
     scene = pilot.scene
     line, c, s = leg.heading, math.cos(leg.heading), math.sin(leg.heading)
-    contact = scene.boxes[box].length / 2 + BUMPER
+    bumper = scene.model.bumper
+    contact = scene.boxes[box].length / 2 + bumper
     coast = speed * speed / (2 * _BRAKING)
     best, since = math.inf, scene.time
     while True:
@@ -148,7 +149,7 @@ def _track(pilot: Pilot, box: int, leg: Leg, pit: Pit | None, speed: float) -> P
         across = -s * (at.x - leg.goal[0]) + c * (at.y - leg.goal[1])
         to_go = remaining - coast
         if pit is not None:
-            nose = c * (leg.goal[0] - pose.x) + s * (leg.goal[1] - pose.y) - BUMPER
+            nose = c * (leg.goal[0] - pose.x) + s * (leg.goal[1] - pose.y) - bumper
             to_go = nose - _edge(pit, line) + OVERRUN
         if to_go <= 0.0:
             return "done"

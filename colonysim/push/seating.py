@@ -2,7 +2,6 @@
 
 import math
 
-from colonysim.physics.robot import BUMPER
 from colonysim.physics.scene import Scene
 from colonysim.push.driving import Part, Pilot
 from colonysim.push.task import PushTask
@@ -32,7 +31,7 @@ def pressed(scene: Scene, robot: int, task: PushTask) -> bool:
         return False
     pose = scene.robot(robot)
     c, s = math.cos(task.line), math.sin(task.line)
-    nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - BUMPER
+    nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - scene.model.bumper
     return nose <= scene.terrain.pits[task.pit].side / 2 - OVERRUN
 
 

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
-from colonysim.physics.robot import BUMPER
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import Pose, wrap
 from colonysim.physics.terrain import Pit
@@ -315,20 +314,21 @@ def coarsely_staged(pilot: Pilot, box: int, heading: float, any_heading: bool = 
 
 def in_place(pilot: Pilot, box: int, heading: float) -> bool:
     """Whether a robot already stands at the box's face and can push on without staging."""
-    return at_face(pilot.pose, pilot.scene.box(box), pilot.scene.boxes[box].length, heading)
+    scene = pilot.scene
+    contact = scene.boxes[box].length / 2 + scene.model.bumper
+    return at_face(pilot.pose, scene.box(box), contact, heading)
 
 
-def at_face(pose: Pose, at: Pose, length: float, heading: float) -> bool:
+def at_face(pose: Pose, at: Pose, contact: float, heading: float) -> bool:
     """Whether a robot at `pose` touches the face of a box from which it is pushed along a heading (radians).
 
     Args:
         pose: The robot.
         at: The box.
-        length: Of the box's sides, metres.
+        contact: Distance of the two centres when the bumper lies against the face.
         heading: Direction of the push, radians.
     """
     ahead, aside = in_frame(pose, at.x, at.y)
-    contact = length / 2 + BUMPER
     return (
         abs(wrap(pose.yaw - heading)) < 0.25
         and abs(face_for(at, heading).mismatch) < MAX_MISMATCH

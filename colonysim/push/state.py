@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from colonysim.physics.robot import STANDARD
 from colonysim.physics.shapes import Pose, wrap
 from colonysim.push.task import PushTask
 
@@ -19,6 +20,7 @@ PIT_DEPTH = 0.25
 network was trained with pits one box deep, and only the topmost free place of a deeper one matters."""
 HOLD = 0.3
 """Closer to the goal than this, metres, the direction from box to goal says nothing any more."""
+_BUMPER = STANDARD.bumper
 _QUARTER_TURN, _EIGHTH_TURN = math.pi / 2, math.pi / 4
 _make = tuple.__new__
 
@@ -92,26 +94,35 @@ def fold(angle: float) -> float:
     return (angle + _EIGHTH_TURN) % _QUARTER_TURN - _EIGHTH_TURN
 
 
-def observe(robot: Pose, box: Pose, task: PushTask) -> State:
-    """The state of paper Eq. 4 for one robot, one box and one push."""
+def observe(robot: Pose, box: Pose, task: PushTask, bumper: float = STANDARD.bumper) -> State:
+    """The state of paper Eq. 4 for one robot, one box and one push.
+
+    Args:
+        robot: Where the robot is.
+        box: Where the box is.
+        task: The push.
+        bumper: How far ahead of the robot's origin its bumper stands. The state is that of a standard robot whose
+            bumper were there: the network has learned at what distance it touches a box.
+    """
     x, y, z, _, _, yaw = robot
     box_x, box_y, box_z, box_roll, box_pitch, box_yaw = box
     goal_x, goal_y = task.goal
     c, s, line = cos(yaw), sin(yaw), task.line
     bx, by = box_x - x, box_y - y
     gx, gy = goal_x - x, goal_y - y
+    beyond = bumper - _BUMPER
     node = task.rim - (PIT_DEPTH if task.kind == "hole" else 0.0)
     yaw_agent = wrap(yaw - line)
     # Made in every tick of a push: half the time of State(...).
     return _make(
         State,
         (
-            c * bx + s * by,
+            c * bx + s * by - beyond,
             -s * bx + c * by,
             box_z - z,
             _tilt(box_roll, box_pitch, box_yaw, line),
             wrap(fold(box_yaw - line) - yaw_agent),
-            c * gx + s * gy,
+            c * gx + s * gy - beyond,
             -s * gx + c * gy,
             node - z,
             yaw_agent,

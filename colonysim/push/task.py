@@ -5,8 +5,8 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Literal, TypeVar
 
-from colonysim.physics.robot import WheelSpeeds as WheelSpeeds
 from colonysim.physics.scene import Scene
+from colonysim.physics.traction import WheelSpeeds as WheelSpeeds
 
 Kind = Literal["flat", "slope", "hole"]
 Chooser = Literal["script", "network"]

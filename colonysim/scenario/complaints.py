@@ -36,6 +36,7 @@ _WHOLE = {
     "edges": "a list of [from, to], or {radius: ..., include: ..., exclude: ...}",
     "agents": "a list of nodes, or {count: ..., seed: ..., within: [xmin, ymin, xmax, ymax]}",
     "policy": "a policy's name, or {name: ..., parameters}",
+    "robot": "a robot's name, or {preset: ..., numbers}",
     "topology": "a mapping with a `kind`: grid, line, ring, geometric or rooms",
 }
 _ELSEWHERE = {

@@ -34,6 +34,8 @@ Scale = Annotated[float, Strict(), Field(ge=1e-4, le=1e4, allow_inf_nan=False)]
 Metres = Annotated[float, Strict(), Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
 Size = Annotated[float, Strict(), Field(ge=0.01, le=1e3, allow_inf_nan=False)]
 """Of a body or a part of the ground, metres."""
+Positive = Annotated[float, Strict(), Field(gt=0, le=1e6, allow_inf_nan=False)]
+"""Of a robot; which numbers its controls can handle is for the physics to say."""
 Text = Annotated[str, Strict()]
 Flag = Annotated[bool, Strict()]
 Pair = tuple[NodeId, NodeId]
@@ -349,11 +351,51 @@ class TerrainSection(Section):
     """Ramps."""
 
 
+class RobotSection(Section):
+    """The robot in numbers; whatever is absent is as the preset has it, scaled along."""
+
+    preset: Text | None = None
+    """The robot that the numbers change: standard, half, an installed one's name, or "package.module:NAME"."""
+    scale: Annotated[float, Strict(), Field(gt=0, le=1e3, allow_inf_nan=False)] | None = None
+    """How many times as large as the standard robot: boxes, pits, the map and all clearances grow with it."""
+    length: Positive | None = None
+    """Of the chassis, from the bumper to the tail, metres."""
+    width: Positive | None = None
+    """Of the chassis, metres."""
+    clearance: Positive | None = None
+    """Height of the chassis' underside over the ground, metres."""
+    height: Positive | None = None
+    """Height of the chassis' upper side over the ground, metres."""
+    wheel_radius: Positive | None = None
+    """Radius of the wheels, metres."""
+    track: Positive | None = None
+    """Distance of the left from the right wheels, metres."""
+    wheelbase: Positive | None = None
+    """Distance of the front from the rear axle, metres."""
+    chassis_mass: Positive | None = None
+    """Mass of the robot without its wheels, kg."""
+    wheel_mass: Positive | None = None
+    """Mass of each of the four wheels, kg."""
+    wheel_speed: Positive | None = None
+    """Fastest that the motors turn the wheels, rad/s."""
+    grip: Positive | None = None
+    """Friction coefficient between tyres and ground."""
+    bumper_friction: Positive | None = None
+    """Friction coefficient of the chassis; that of a contact is the product with the box's."""
+
+
+RobotChoice = Annotated[
+    Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[RobotSection, Tag(FORM_TAGS[1])], Discriminator(_form)
+]
+
+
 class PhysicsSection(Section):
     """How a physics backend builds the place; whatever is absent is derived from the graph."""
 
     engine: Literal["bullet", "mujoco"] | None = None
     """The engine of `--backend physics`; no other backend of rigid bodies runs the scenario then."""
+    robot: RobotChoice | None = None
+    """The robot: a preset (standard, half), an installed one's name, "package.module:NAME", or {preset, numbers...}."""
     xy_scale: Scale | None = None
     """Metres per graph unit in the plane."""
     z_scale: Scale | None = None

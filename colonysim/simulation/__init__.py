@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError
+from colonysim.geometry.robots import with_robot
 from colonysim.pheromones.field import Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
@@ -71,6 +72,7 @@ def simulate(
     Raises:
         ColonysimError: Something that the caller asked for does not exist or does not fit.
     """
+    scenario = with_robot(scenario)
     mode = mode_of(scenario, mode)
     count = scenario.episodes if episodes is None else whole("episodes", episodes)
     streams = Streams(as_seed(seed))

@@ -6,6 +6,7 @@ import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from colonysim.geometry.robots import with_robot
 from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario
@@ -67,4 +68,4 @@ def _sources(policy: str, backend: str, fields: str, options: str) -> Sources:
 @lru_cache(maxsize=8)
 def _loaded(scenario: str, folder: str, variant: str | None, parameters: str) -> Scenario:
     """Trials that differ by their seed follow each other; reading the file would take longer than a short one."""
-    return load_scenario(found(scenario, folder), variant, json.loads(parameters))
+    return with_robot(load_scenario(found(scenario, folder), variant, json.loads(parameters)))

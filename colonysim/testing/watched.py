@@ -65,7 +65,7 @@ class WatchedBackend:
         self._given.clear()
         self.now = 0.0
         self._unchanged("reset", lambda: self._body.reset(world, streams))
-        self.edge_seconds = self._body.edge_seconds
+        self.tick, self.edge_seconds = self._body.tick, self._body.edge_seconds
         if not (isinstance(self.edge_seconds, float | int) and 0.0 < self.edge_seconds < math.inf):
             raise ConformanceError("attributes", f"edge_seconds is {self.edge_seconds!r} after reset, not above 0")
 

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from colonysim.geometry.layout import lay_out
-from colonysim.physics import BUMPER, HALF_WIDTH
+from colonysim.geometry.drawing import draw
 from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from colonysim.geometry.layout import Layout
+    from colonysim.geometry.drawing import Drawing
     from colonysim.scenario.scenario import Scenario
     from colonysim.video.motion import Motion
 
@@ -53,14 +52,14 @@ class Scene:
         axes.set_aspect("equal")
         axes.axis("off")
         if bodies:
-            layout = lay_out(scenario)
-            _ground(axes, layout)
-            places = np.array(layout.places)
-            pits = {node: layout.terrain.pits[pit] for node, pit in layout.pit_at.items()}
+            drawing = draw(scenario)
+            _ground(axes, drawing)
+            places = np.array(drawing.places)
+            pits = {node: drawing.pits[pit] for node, pit in drawing.pit_at.items()}
             self._pits = {node: ((pit.x, pit.y), pit.side, pit.yaw) for node, pit in pits.items()}
-            self._box = np.array([box.length for box in layout.boxes])
-            self._robot = np.array([BUMPER, HALF_WIDTH])
-            _graph(axes, scenario, places, 0.5 * HALF_WIDTH, "#D3CFC4")
+            self._box = np.array([box.length for box in drawing.boxes])
+            self._robot = np.array([drawing.robot.bumper, drawing.robot.half_width])
+            _graph(axes, scenario, places, 0.5 * drawing.robot.half_width, "#D3CFC4")
         else:
             places = np.column_stack([scenario.topology.x, scenario.topology.y])
             unit = 0.8 * scenario.topology.mean_length
@@ -163,20 +162,19 @@ def _label(axes: Axes, centre: Sequence[float], side: float, across: int) -> Any
     )  # fmt: skip
 
 
-def _ground(axes: Axes, layout: Layout) -> None:
+def _ground(axes: Axes, drawing: Drawing) -> None:
     """Levels as rectangles and ramps as strips, the lighter the higher."""
-    terrain = layout.terrain
-    levels = [ground.z for ground in terrain.grounds]
+    levels = [ground.z for ground in drawing.grounds]
     low, span = min(levels), (max(levels) - min(levels)) or 1.0
 
     def color(z: float) -> tuple[float, ...]:
         share = (z - low) / span if len(set(levels)) > 1 else 1.0
         return tuple(_LOW + share * (_HIGH - _LOW))
 
-    for ground in sorted(terrain.grounds, key=lambda ground: ground.z):
+    for ground in sorted(drawing.grounds, key=lambda ground: ground.z):
         size = (ground.xmax - ground.xmin, ground.ymax - ground.ymin)
         axes.add_patch(Rectangle((ground.xmin, ground.ymin), *size, color=color(ground.z), linewidth=0, zorder=1))
-    for ramp in terrain.ramps:
+    for ramp in drawing.ramps:
         along = np.array([np.cos(ramp.yaw), np.sin(ramp.yaw)])
         # The landings at both ends lie over the gaps between a ramp and its levels.
         ends = np.linspace(0.0, ramp.length, _STRIPS + 1)

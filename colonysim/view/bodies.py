@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from colonysim.geometry.layout import lay_out
-from colonysim.physics import BUMPER, HALF_WIDTH, TRACK, WHEEL_RADIUS
+from colonysim.geometry.drawing import draw
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from colonysim.geometry.layout import Layout
+    from colonysim.geometry.drawing import Drawing
     from colonysim.scenario.scenario import Scenario
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
@@ -25,14 +24,16 @@ __all__ = ["add_bodies", "boxes_after"]
 _FINE = 1000
 """Places are kept in millimetres, angles in thousandths of a radian."""
 _SUNK = 0.08
-"""A box whose centre is this much below where it would be on the rim lies in the pit, metres."""
+"""A box whose centre is this much below where it would be on the rim lies in the pit, metres with the
+standard robot."""
 
 
 def add_bodies(block: Block, scenario: Scenario, poses: Columns, episodes: Sequence[int]) -> None:
     """Adds the poses of all bodies, each body's own one after the other, and the ground; nothing without poses."""
     if not len(poses):
         return
-    layout = lay_out(scenario)
+    drawing = draw(scenario)
+    robot = drawing.robot
     agents, boxes = len(scenario.agents), len(scenario.boxes)
     words, codes = poses.words("body")
     is_box = codes == words.index("box") if "box" in words else np.zeros(len(codes), dtype=bool)
@@ -48,24 +49,24 @@ def add_bodies(block: Block, scenario: Scenario, poses: Columns, episodes: Seque
         if name in ("roll", "pitch", "yaw"):
             values = np.unwrap(values)
         block.ints(f"poses.{name}", np.rint(np.clip(values, -1e6, 1e6) * _FINE), steps=True)
-    slabs = [[*slab.centre, *slab.half, slab.yaw, slab.slope] for slab in layout.terrain.slabs()]
+    slabs = [[*slab.centre, *slab.half, slab.yaw, slab.slope] for slab in drawing.slabs]
     block.reals("slabs", slabs)
     block.head["bodies"] = {
         "fine": _FINE,
-        "scale": _scale(scenario, layout),
-        "places": [(*place, height) for place, height in zip(layout.places, layout.heights, strict=True)],
-        "pits": [[pit.x, pit.y, pit.yaw, pit.side, pit.rim, pit.depth] for pit in layout.terrain.pits],
-        "boxes": [[box.length, box.height] for box in layout.boxes],
-        "robot": [BUMPER, HALF_WIDTH, TRACK, WHEEL_RADIUS],
+        "scale": _scale(scenario, drawing),
+        "places": [(*place, height) for place, height in zip(drawing.places, drawing.heights, strict=True)],
+        "pits": [[pit.x, pit.y, pit.yaw, pit.side, pit.rim, pit.depth] for pit in drawing.pits],
+        "boxes": [[box.length, box.height] for box in drawing.boxes],
+        "robot": [robot.bumper, robot.half_width, robot.track, robot.wheel_radius, robot.scale],
     }
 
 
-def _scale(scenario: Scenario, layout: Layout) -> float:
+def _scale(scenario: Scenario, drawing: Drawing) -> float:
     """Metres in a graph unit."""
     topology = scenario.topology
     far = max(range(len(topology)), key=lambda i: topology.distance(0, i))
     away = topology.distance(0, far)
-    return math.dist(layout.places[0], layout.places[far]) / away if away else 1.0
+    return math.dist(drawing.places[0], drawing.places[far]) / away if away else 1.0
 
 
 def boxes_after(scenario: Scenario, events: Columns, poses: Columns) -> NDArray[Any]:
@@ -96,7 +97,7 @@ class _Landing:
     """Which node a box belongs to by its pose, as the physics backend would say."""
 
     def __init__(self, scenario: Scenario, poses: Columns) -> None:
-        self._layout = lay_out(scenario)
+        self._drawing = draw(scenario)
         self._ids = scenario.topology.ids
         words, codes = poses.words("body")
         columns = [poses.column(name) for name in ("episode", "time", "number", "x", "y", "z")]
@@ -111,10 +112,10 @@ class _Landing:
         place = self._at.get((episode, time, box))
         if place is None or not all(map(math.isfinite, place)):
             return -1
-        layout = self._layout
-        nearest = min(range(len(layout.places)), key=lambda node: math.dist(place[:2], layout.places[node]))
-        if nearest in layout.pit_at:
-            upright = layout.heights[nearest] + layout.boxes[box].height / 2
-            if place[2] > upright - _SUNK:  # beside the pit or across it, not in it
+        drawing = self._drawing
+        nearest = min(range(len(drawing.places)), key=lambda node: math.dist(place[:2], drawing.places[node]))
+        if nearest in drawing.pit_at:
+            upright = drawing.heights[nearest] + drawing.boxes[box].height / 2
+            if place[2] > upright - _SUNK * drawing.robot.scale:  # beside the pit or across it, not in it
                 return -1
         return self._ids[nearest]

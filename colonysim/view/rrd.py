@@ -8,8 +8,7 @@ import numpy as np
 
 from colonysim.errors import MissingExtraError
 from colonysim.files import replacing
-from colonysim.geometry.layout import lay_out
-from colonysim.physics import BUMPER, HALF_WIDTH
+from colonysim.geometry.drawing import draw
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
 from colonysim.view.content import chosen_episodes
@@ -79,10 +78,11 @@ class _Recording:
         self._events = Columns(run.table("events"), self._numbers)
         self._poses = kept_columns(run, "poses", self._numbers)
         if len(self._poses):
-            layout = lay_out(self._scenario)
-            self._places = np.array([(*at, z) for at, z in zip(layout.places, layout.heights, strict=True)])
-            self._box_sizes = [(box.length, box.length, box.height) for box in layout.boxes]
-            self._agent_size = (2 * BUMPER, 2 * HALF_WIDTH, 0.3)
+            drawing = draw(self._scenario)
+            self._places = np.array([(*at, z) for at, z in zip(drawing.places, drawing.heights, strict=True)])
+            self._box_sizes = [(box.length, box.length, box.height) for box in drawing.boxes]
+            robot = drawing.robot
+            self._agent_size = (robot.length, 2 * robot.half_width, robot.height)
         else:
             self._places = np.column_stack([topology.x, topology.y, topology.z]).astype(float)
             wide = 0.35 * topology.mean_length

@@ -7,8 +7,19 @@ import sys
 
 import pytest
 
-from colonysim.physics import BoxSpec, Ground, MissingEngineError, Pit, Ramp, RobotSpec, Scene, Terrain, wheel_speeds
-from colonysim.physics.robot import Traction
+from colonysim.physics import (
+    STANDARD,
+    BoxSpec,
+    Ground,
+    MissingEngineError,
+    Pit,
+    Ramp,
+    RobotSpec,
+    Scene,
+    Terrain,
+    wheel_speeds,
+)
+from colonysim.physics.traction import Traction
 
 pytestmark = pytest.mark.usefixtures("engine")
 
@@ -123,9 +134,9 @@ class Told:
 @pytest.mark.parametrize("part", range(7))
 def test_a_pose_that_is_no_number_in_any_of_its_parts_is_found_out(part, wrong):
     place = [0.0, 0.0, 0.2, 0.1, 0.1, 0.1, 1.0]
-    assert math.isfinite(Traction(Told(*place), 0).lowest())
+    assert math.isfinite(Traction(Told(*place), 0, STANDARD).lowest())
     place[part] = wrong
-    assert not math.isfinite(Traction(Told(*place), 0).lowest())
+    assert not math.isfinite(Traction(Told(*place), 0, STANDARD).lowest())
 
 
 def test_a_robot_on_low_ground_beside_a_higher_pit_is_well():

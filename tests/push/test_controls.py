@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from colonysim.physics import MAX_WHEEL_SPEED, Pose
+from colonysim.physics import STANDARD, Pose
 from colonysim.push.controls import GAIN_ALIGN, GAIN_ROTATE, GAIN_TRAVEL, Control, control_speeds
 from colonysim.push.state import State, observe
 from colonysim.push.task import PushTask
@@ -20,7 +20,7 @@ def travel(x: float, y: float, gain: float = GAIN_TRAVEL) -> tuple[float, float]
     alpha = math.remainder(math.pi / 2 - b, 2 * math.pi)
     theta = math.remainder(math.pi / 2 + b, 2 * math.pi)
     left, right = gain * alpha, gain * theta
-    scale = min(1.0, MAX_WHEEL_SPEED / max(abs(left), abs(right)))
+    scale = min(1.0, STANDARD.wheel_speed / max(abs(left), abs(right)))
     return left * scale, right * scale
 
 
@@ -83,7 +83,7 @@ def test_no_control_asks_for_more_than_the_motors_give(control: Control) -> None
         state = at(
             (2 * math.cos(angle), 2 * math.sin(angle)), (3 * math.cos(2 * angle), 3 * math.sin(2 * angle)), angle
         )
-        assert max(map(abs, control_speeds(control, state))) <= MAX_WHEEL_SPEED + 1e-9
+        assert max(map(abs, control_speeds(control, state))) <= STANDARD.wheel_speed + 1e-9
 
 
 def test_controls_do_not_depend_on_where_in_the_world_the_push_is() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from colonysim.errors import ColonysimError
-from colonysim.physics import BUMPER, BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
+from colonysim.physics import STANDARD, BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
 from colonysim.push import PushTask, Surroundings
 from colonysim.push.cards import ModelError, save_model
 from colonysim.push.foresight import Features, foresee
@@ -53,7 +53,7 @@ def test_a_push_is_foreseen_as_it_is_once_the_box_is_there() -> None:
     way, ground = tasks((0, 0), (2, 0), (2, -2)), Ground(-4.0, -4.0, 4.0, 1.7, 0.0)
     foreseen = look(ground, way, (-1.5, 0.0), (3.3, -1.0))[1]
     boxes = [BoxSpec(2.0, 0.0, 0.0, 0.0), BoxSpec(3.3, -1.0, 0.0, 0.0)]
-    with Scene(Terrain((ground,)), boxes, [RobotSpec(2.0 - 0.5 - BUMPER, 0.0, 0.0, 0.0)]) as scene:
+    with Scene(Terrain((ground,)), boxes, [RobotSpec(2.0 - 0.5 - STANDARD.bumper, 0.0, 0.0, 0.0)]) as scene:
         [seen] = foresee(scene, 0, way[1:], Surroundings((), (0, 1)))
     assert foreseen.room < 0.5
     assert foreseen == pytest.approx(seen, abs=1e-6)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from colonysim.physics import BUMPER, BoxSpec, Ground, Pit, Ramp, RobotSpec, Scene, Terrain
+from colonysim.physics import STANDARD, BoxSpec, Ground, Pit, Ramp, RobotSpec, Scene, Terrain
 from colonysim.push.paths import FreeSpace, Point, Surroundings
 from colonysim.push.task import Kind, PushTask
 
@@ -179,6 +179,6 @@ def _robot(rng: np.random.Generator, terrain: Terrain, boxes: Sequence[BoxSpec])
         for _ in range(_DRAWS):
             bearing, away = float(rng.uniform(-math.pi, math.pi)), float(rng.uniform(1.3, 1.7))
             x, y = box.x + away * math.cos(bearing), box.y + away * math.sin(bearing)
-            if space.slack(x, y) >= 0.0 and away > box.length / 2 + BUMPER:
+            if space.slack(x, y) >= 0.0 and away > box.length / 2 + STANDARD.bumper:
                 return RobotSpec(x, y, terrain.height(x, y), float(rng.uniform(-math.pi, math.pi)))
     return None

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from colonysim.physics import (
-    BUMPER,
-    HALF_WIDTH,
+    STANDARD,
     BoxSpec,
     Ground,
     Pit,
@@ -166,7 +165,7 @@ def _terrain(kind: Kind, starts: Distribution, line: float, length: float, boxes
 def _clear(robot: RobotSpec, box: BoxSpec, gap: float) -> bool:
     """Whether two rectangles keep a gap: some side of one of them separates all corners of the other."""
     mine, other = (robot.x, robot.y, robot.yaw), (box.x, box.y, box.yaw)
-    robot_half, box_half = (BUMPER, HALF_WIDTH), (_HALF_BOX, _HALF_BOX)
+    robot_half, box_half = (STANDARD.bumper, STANDARD.half_width), (_HALF_BOX, _HALF_BOX)
     return _separates(mine, robot_half, other, box_half, gap) or _separates(other, box_half, mine, robot_half, gap)
 
 

@@ -102,22 +102,24 @@ export class SceneView {
 
   addRobot(cuboids, cylinders, agent, [x, y, z, roll, pitch, yaw]) {
     const { colours } = this;
-    const [ahead, wide, track, wheel] = this.run.bodies.robot;
+    const [ahead, wide, track, wheel, size] = this.run.bodies.robot;
     const rotation = quaternion(roll, pitch, yaw);
     const put = (offset) => turn(rotation, offset).map((value, i) => value + [x, y, z][i]);
+    const s = (standard) => size * standard;
     const paint = part(agent === this.agent ? mix(colours.agent, [255, 255, 255], 0.35) : colours.agent);
     const dark = part(mix(colours.agent, [20, 20, 30], 0.72));
-    cuboids.push([put([0, 0, 0.2]), [ahead, 0.62 * track, 0.1], rotation, paint, [0.025]]);
-    cuboids.push([put([-0.08, 0, 0.33]), [0.5 * ahead, 0.4 * track, 0.04], rotation, paint, [0.02]]);
-    cuboids.push([put([ahead - 0.03, 0, 0.17]), [0.04, 0.66 * track, 0.1], rotation, dark, [0]]);
+    cuboids.push([put([0, 0, s(0.2)]), [ahead, 0.62 * track, s(0.1)], rotation, paint, [s(0.025)]]);
+    cuboids.push([put([s(-0.08), 0, s(0.33)]), [0.5 * ahead, 0.4 * track, s(0.04)], rotation, paint, [s(0.02)]]);
+    cuboids.push([put([ahead - s(0.03), 0, s(0.17)]), [s(0.04), 0.66 * track, s(0.1)], rotation, dark, [0]]);
     for (const side of [-1, 1]) {
-      cuboids.push([put([ahead - 0.06, side * 0.35 * track, 0.302]), [0.03, 0.05, 0.01], rotation, [1, 0.97, 0.8], [0]]);
+      const lamp = [put([ahead - s(0.06), side * 0.35 * track, s(0.302)]), [s(0.03), s(0.05), s(0.01)]];
+      cuboids.push([...lamp, rotation, [1, 0.97, 0.8], [0]]);
       for (const axle of [-1, 1]) {
-        const hub = put([axle * 0.22, side * (wide - 0.05), wheel]);
-        cylinders.push([hub, [wheel, 0.05, wheel], rotation, [0.13, 0.14, 0.16], [0]]);
+        const hub = put([axle * s(0.22), side * (wide - s(0.05)), wheel]);
+        cylinders.push([hub, [wheel, s(0.05), wheel], rotation, [0.13, 0.14, 0.16], [0]]);
       }
     }
-    this.at.push({ agent, place: put([0, 0, 0.45]) });
+    this.at.push({ agent, place: put([0, 0, s(0.45)]) });
   }
 
   addFlag(cuboids) {

@@ -1,8 +1,8 @@
-# The types of robot.py when it is compiled.
+# The types of traction.py when it is compiled.
 cimport cython
 
-cdef double _CENTRE, _MASS, _GRIP, _WEIGHT, _SERVO, _YAW_INERTIA, _MAX_TORQUE, _UPRIGHT, _AT_REST, _DROWSY, _FALLING
-cdef double _RADIUS, _HALF_TRACK, _FASTEST, _REACH, _AHEAD_PER_WHEELS, _TURN_PER_WHEELS
+cdef double _SERVO, _UPRIGHT, _AT_REST, _DROWSY, _FALLING
+cdef double _RADIUS, _HALF_TRACK, _FASTEST, _AHEAD_PER_WHEELS, _TURN_PER_WHEELS
 cdef int _LOOK_TICKS
 
 
@@ -13,16 +13,17 @@ cpdef wheel_speeds(double forward, double turn)
 @cython.locals(
     px=double, py=double, pz=double, x=double, y=double, z=double, w=double, upright=double, lean=double, tip=double,
 )
-cpdef origin_pose(position, rotation)
+cpdef origin_pose(position, rotation, double centre)
 
 
 cdef class Traction:
     cdef object _engine, _frame, _pose
-    cdef double _lift
+    cdef double _lift, _centre, _weight, _pull, _most, _twist, _most_torque, _fastest, _spread
+    cdef tuple _force_at
     cdef bint _slow
     cdef int _countdown
     cdef readonly object body
-    cdef readonly double left, right, upright
+    cdef readonly double left, right, upright, reach
     cdef readonly bint grounded, resting
 
     cpdef pose(self)
@@ -33,6 +34,7 @@ cdef class Traction:
     @cython.locals(px=double, py=double, pz=double, x=double, y=double, z=double, w=double, height=double)
     cpdef double lowest(self)
 
+    @cython.locals(turn=double, asked=double, most=double)
     cpdef ask(self, double left, double right)
     cpdef settle(self)
     cpdef look(self)

@@ -1,0 +1,141 @@
+"""Which robot a scenario asks for, what is said of one that does not fit, and that opening a run imports nothing."""
+
+import json
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+
+import pytest
+
+import colonysim
+from colonysim import plugins
+from colonysim.errors import PluginError, ScenarioError
+from colonysim.geometry.drawing import draw
+from colonysim.geometry.layout import lay_out
+from colonysim.geometry.robots import robot_of, with_robot
+from colonysim.physics import HALF, STANDARD
+from colonysim.scenario.loading import load_scenario, scenario_from_document
+
+LANE = {
+    "topology": {"kind": "line", "nodes": 6, "spacing": 1.0}, "agents": [0], "goal": 5,
+    "holes": [{"node": 3, "depth": 1.0}], "boxes": [[1, 1.0]],
+}  # fmt: skip
+PLANTED = """
+from dataclasses import replace
+import colonysim.physics as physics
+SMALL = replace(physics.STANDARD.scaled(0.7), wheel_speed=7.0)
+HUGE = physics.STANDARD.scaled(9.0)
+NONE = 3
+"""
+
+
+def lane(robot=None, **changes):
+    physics = {**changes.pop("physics", {}), **({} if robot is None else {"robot": robot})}
+    return scenario_from_document({**LANE, **changes, "physics": physics})
+
+
+@pytest.fixture
+def planted(tmp_path, monkeypatch):
+    (tmp_path / "planted_robots.py").write_text(PLANTED)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield "planted_robots"
+    sys.modules.pop("planted_robots", None)
+
+
+def test_the_standard_robot_unless_another_is_asked_for():
+    assert robot_of(lane()) == STANDARD
+    assert robot_of(lane("half")) == HALF
+    assert robot_of(lane({"preset": "half"})) == HALF
+    assert robot_of(lane({"scale": 0.5})) == HALF
+    quick = robot_of(lane({"preset": "half", "wheel_speed": 14.0}))
+    assert (quick.wheel_speed, quick.length) == (14.0, HALF.length)
+
+
+def test_what_is_left_open_has_the_size_of_the_robot():
+    layout, drawing = lay_out(lane("half")), draw(lane("half"))
+    standard = lay_out(lane())
+    assert layout.terrain == standard.terrain and layout.places == standard.places and layout.boxes == standard.boxes
+    assert drawing.places == tuple((x / 2, y / 2) for x, y in standard.places)
+    assert (drawing.pits[0].side, drawing.pits[0].depth, drawing.boxes[0].length) == (0.6, 0.125, 0.5)
+    given = lay_out(lane("half", physics={"xy_scale": 1.6, "box_mass": 1.5}))
+    assert given.places[1][0] == 3.2 and given.boxes[0].mass == pytest.approx(12.0)
+    assert draw(load_scenario("hard")).slabs == tuple(lay_out(load_scenario("hard")).terrain.slabs())
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        ("halv", "physics.robot: no robot 'halv'; did you mean 'half'?"),
+        ({"preset": "halv"}, "physics.robot.preset: no robot 'halv'; did you mean 'half'?"),
+        ({"wheel_sped": 6.0}, "physics.robot.wheel_sped: unknown field; did you mean 'wheel_speed'?"),
+        ({"wheel_speed": 1.0}, "physics.robot.wheel_speed: got 1, expected"),
+        ({"scale": 0.5, "chassis_mass": 100.0}, "physics.robot.chassis_mass: got 100, expected"),
+        ({"scale": 20.0}, "physics.robot.scale: got 20, expected 0.2 to 4"),
+        ({"track": "wide"}, "physics.robot.track: got 'wide', expected a number"),
+        (3, "physics.robot: "),
+        ([1], "physics.robot: got a list of 1, expected a robot's name, or {preset: ..., numbers}"),
+        ("planted_robots:SMALL", "physics.robot: 'planted_robots:SMALL' is a robot of other code"),
+    ],
+)
+def test_a_robot_that_is_none_is_told_by_its_field(robot, message):
+    with pytest.raises(ScenarioError) as error:
+        lay_out(lane(robot))
+    assert message in str(error.value)
+
+
+def test_the_line_of_the_field_is_told(tmp_path):
+    path = tmp_path / "slow.yaml"
+    path.write_text(json.dumps(LANE)[:-1] + ', "physics": {\n "robot": {\n  "wheel_speed": 1.0}}}')
+    with pytest.raises(ScenarioError, match=r"slow.yaml:3:3: physics.robot.wheel_speed: got 1, expected"):
+        lay_out(load_scenario(path))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"physics": {"pit_side": 1.02}}, "physics.pit_side: the pit at hole 3 is 1.02 m wide, expected at least 1.03"),
+        ({"physics": {"box_length": 0.3}}, "physics.box_length: the box at node 1 is 0.3 m wide, expected"),
+        ({"physics": {"box_mass": 80.0}}, "physics.box_mass: the box at node 1 takes 314 N to push, expected"),
+        ({"robot": {"chassis_mass": 8.0, "grip": 0.3}}, "physics.box_mass: the box at node 1 takes 47.1 N to push"),
+        ({"physics": {"xy_scale": 0.9}}, "physics: node 2 lies 0.3 m from the pit of hole 3, expected at least 0.4 m"),
+        ({"physics": {"xy_scale": 0.9}, "agents": [0, 1], "boxes": [[2, 1.0]]},
+         "physics: nodes 0 and 1 are 0.9 m apart, expected at least 0.94 m"),
+        ({"robot": "half", "physics": {"box_length": 1.0}}, "the box at node 1 is 1 m wide, expected 0."),
+        ({"robot": "half", "physics": {"xy_scale": 0.45}}, "node 2 lies 0.15 m from the pit of hole 3, expected"),
+    ],
+)  # fmt: skip
+def test_a_place_that_is_too_narrow_names_its_nodes(changes, message):
+    with pytest.raises(ScenarioError) as error:
+        lay_out(lane(**changes))
+    assert message in str(error.value)
+
+
+def test_a_robot_of_others_becomes_numbers(planted, monkeypatch):
+    scenario = with_robot(lane(f"{planted}:SMALL"))
+    assert robot_of(scenario).wheel_speed == 7.0
+    assert scenario.document["physics"]["robot"]["scale"] == 0.7
+    assert scenario_from_document(scenario.document).digest == scenario.digest
+    assert robot_of(with_robot(lane({"preset": f"{planted}:SMALL", "grip": 0.9}))).grip == 0.9
+    points = [EntryPoint("small", f"{planted}:SMALL", "colonysim.robots")]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: points if group == "colonysim.robots" else [])
+    assert with_robot(lane("small")).digest == scenario.digest
+    with pytest.raises(ScenarioError, match=r"physics.robot.scale: got 9, expected"):
+        with_robot(lane(f"{planted}:HUGE"))
+    with pytest.raises(ScenarioError, match="planted_robots:NONE is int, expected a colonysim Robot"):
+        with_robot(lane(f"{planted}:NONE"))
+    with pytest.raises(PluginError, match="cannot be loaded"):
+        with_robot(lane("no_such_module:IT"))
+
+
+def test_whoever_opens_a_run_imports_nothing(planted, tmp_path):
+    pytest.importorskip("pybullet")
+    run = colonysim.run(lane(f"{planted}:SMALL"), backend="bullet", episodes=1, out=tmp_path / "run")
+    (tmp_path / "planted_robots.py").write_text("raise SystemExit('imported')")
+    program = (
+        "import sys, colonysim\n"
+        "from colonysim.geometry.drawing import draw\n"
+        "scenario = colonysim.Run.open(sys.argv[1]).scenario\n"
+        "print(draw(scenario).robot.wheel_speed, 'planted_robots' in sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program, run.path], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["7.0", "False"]
