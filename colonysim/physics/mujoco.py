@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import math
+import warnings
 from typing import TYPE_CHECKING, Any, cast
 
 from colonysim.physics.engine import EngineFacts, MissingEngineError, engine_version
@@ -22,6 +23,10 @@ _IMPRATIO = 10.0
 _PARKED = 1000.0
 """Bodies taken out of the world rest this far below it and this far from each other, metres."""
 _GRAVITY = 9.81
+
+
+def _warn(message: str) -> None:
+    warnings.warn(f"MuJoCo: {message}", RuntimeWarning, stacklevel=2)
 
 
 class MujocoEngine:
@@ -44,6 +49,9 @@ class MujocoEngine:
             self._mj = mj = importlib.import_module("mujoco")
         except ImportError as error:
             raise MissingEngineError(f"MuJoCo cannot be loaded: {error}") from error
+        if mj.get_mju_user_warning() is None:
+            # Without one MuJoCo writes a file of its own into the current folder.
+            mj.set_mju_user_warning(_warn)
         self._spec = spec = mj.MjSpec()
         spec.option.timestep = dt
         spec.option.gravity = (0.0, 0.0, -_GRAVITY)

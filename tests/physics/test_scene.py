@@ -17,6 +17,7 @@ from colonysim.physics import (
     RobotSpec,
     Scene,
     Terrain,
+    make_engine,
     wheel_speeds,
 )
 from colonysim.physics.traction import Traction
@@ -241,7 +242,7 @@ def test_what_is_no_state_of_the_scene_is_refused(damage):
 
 STATE = """
 import json, math, sys
-from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain, wheel_speeds
+from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain, make_engine, wheel_speeds
 state = json.load(sys.stdin)
 terrain = Terrain((Ground(-5, -5, 5, 5, 0.0),))
 with Scene(terrain, [BoxSpec(1, 0, 0, 0.1)], [RobotSpec(0, 0, 0, 0)], engine="mujoco") as s:
@@ -267,3 +268,15 @@ def test_another_process_goes_on_with_the_same_bits_for_a_thousand_steps(engine)
         env={**os.environ, "PYTHONHASHSEED": "7"},
     )  # fmt: skip
     assert json.loads(done.stdout) == here
+
+
+def test_bodies_that_get_out_of_hand_are_told_and_leave_no_file(engine, tmp_path, monkeypatch):
+    if engine != "mujoco":
+        pytest.skip("about MuJoCo's own log")
+    monkeypatch.chdir(tmp_path)
+    made = make_engine("mujoco")
+    with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)], engine=made) as scene, pytest.warns(RuntimeWarning, match="MuJoCo: "):
+        for _ in range(10):
+            made.push(scene._tractions[0].body, (1e30, 0.0, 1e30), (0.0, 0.0, 1e6), (0.0, 1e30, 0.0))
+            scene.tick()
+    assert not list(tmp_path.iterdir())
