@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import PluginError
 from colonysim.plugins import BUILT_IN, load, locate
-from colonysim.scenario.assemble import digest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,7 +44,9 @@ def with_robot(scenario: Scenario) -> Scenario:
     preset, given, place = _asked(scenario)
     if preset in BUILT_IN["robots"]:
         return scenario
-    from colonysim.physics import Robot  # not on import: most runs have no rigid bodies
+    # Not on import: most runs have no robot of others.
+    from colonysim.physics import Robot
+    from colonysim.scenario.assemble import digest
 
     found = load("robots", preset)
     if not isinstance(found, Robot):

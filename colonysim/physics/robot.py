@@ -123,7 +123,7 @@ class Robot:
                 size = "" if self.scale == 1.0 else f" at scale {self.scale:g}"
                 expected = f"{low:.4g} to {high:.4g}{size}, which the controls handle"
                 return field.name, f"got {value:g}, expected {expected}"
-        most = self.length - 2 * self.wheel_radius - _BEHIND * self.scale
+        most = self.length - 2 * (self.wheel_radius + _BEHIND * self.scale)
         if self.wheelbase > most * (1 + _ROUNDING):
             behind = "so that the wheels are behind the bumper"
             return "wheelbase", f"got {self.wheelbase:g}, expected at most {most:.4g}, {behind}"

@@ -82,7 +82,7 @@ def test_what_the_controls_cannot_handle_is_told_with_its_bounds_at_every_scale(
 @pytest.mark.parametrize(
     ("changes", "field", "message"),
     [
-        ({"length": 0.66}, "wheelbase", "got 0.44, expected at most 0.41, so that the wheels are behind the bumper"),
+        ({"length": 0.66}, "wheelbase", "got 0.44, expected at most 0.4, so that the wheels are behind the bumper"),
         ({"length": 0.8}, "length", "turns in a disc of 0.503 m, expected at most 0.4813 m"),
     ],
 )
