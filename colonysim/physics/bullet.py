@@ -72,7 +72,7 @@ class BulletEngine:
             physicsClientId=self._client,
         )
         settings = {"dt": dt, "iterations": _ITERATIONS, "sleep_threshold": _SLEEP_THRESHOLD}
-        # A saved state lacks the contact caches: a box that was being pushed is up to a centimetre elsewhere after 2.5 s.
+        # A saved state lacks the contact caches: a box that was being pushed is a centimetre off after 2.5 s.
         self.facts = EngineFacts("bullet", engine_version("bullet"), settings, False)
 
     def add_slab(self, slab: Slab, friction: float) -> int:

@@ -17,8 +17,22 @@ if TYPE_CHECKING:
     from colonysim.engines import EnginePackage
     from colonysim.physics.shapes import Quat, Slab, Vec3
 
-__all__ = ["ENGINES", "GRAVITY", "STEP_SECONDS", "UPWARDS", "Engine", "EngineFacts", "EngineName", "MissingEngineError", "default_engine",
-           "engine_facts", "engine_trouble", "engine_version", "make_engine", "window_trouble"]  # fmt: skip
+__all__ = [
+    "ENGINES",
+    "GRAVITY",
+    "STEP_SECONDS",
+    "UPWARDS",
+    "Engine",
+    "EngineFacts",
+    "EngineName",
+    "MissingEngineError",
+    "default_engine",
+    "engine_facts",
+    "engine_trouble",
+    "engine_version",
+    "make_engine",
+    "window_trouble",
+]
 
 STEP_SECONDS = 1 / 120
 """Seconds of one physics step."""
