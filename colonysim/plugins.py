@@ -24,13 +24,13 @@ __all__ = [
     "PHYSICS",
     "available",
     "called",
-    "engine_option",
     "lacking",
     "load",
     "locate",
     "make_backend",
     "make_field",
     "make_policy",
+    "refuse_other_engine",
 ]
 
 BUILT_IN: dict[str, dict[str, str]] = {
@@ -225,32 +225,36 @@ def make_backend(
     if not isinstance(name, str):
         if options:
             raise ColonysimError(f"backend options {', '.join(options)}: only with a backend given by its name")
-        return cast("Backend", _complete("backends", "what was given as backend", name))
-    options = {**(options or {}), **engine_option(name, scenario)}
-    factory = load("backends", name)
+        body = _complete("backends", "what was given as backend", name)
+    else:
+        wanted = {"engine": scenario.physics.get("engine")} if name == "physics" and scenario is not None else {}
+        asked, factory = {**wanted, **(options or {})}, load("backends", name)
 
-    def made() -> Any:
-        try:
-            return factory(**options)
-        except TypeError as error:
-            raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
+        def made() -> Any:
+            try:
+                return factory(**asked)
+            except TypeError as error:
+                raise ColonysimError(f"backend {name!r} does not take these options: {error}") from None
 
-    return cast("Backend", _made("backends", f"backend {name!r}", made))
+        body = _made("backends", f"backend {name!r}", made)
+    if scenario is not None:
+        refuse_other_engine(scenario, getattr(getattr(body, "engine", None), "name", None))
+    return cast("Backend", body)
 
 
-def engine_option(name: str, scenario: Scenario | None) -> dict[str, str]:
-    """The engine that a scenario asks for, as an option of the backend "physics".
+def refuse_other_engine(scenario: Scenario, engine: str | None) -> None:
+    """Refuses a backend on another engine than the one that a scenario asks for.
+
+    Args:
+        scenario: The scenario; `physics.engine` is read from it.
+        engine: The engine of the backend; None if it has none.
 
     Raises:
-        ScenarioError: The scenario asks for another engine than the backend is.
+        ScenarioError: They differ.
     """
-    wanted = None if scenario is None else scenario.physics.get("engine")
-    if wanted is None or wanted == name or name not in PHYSICS:
-        return {}
-    if name == "physics":
-        return {"engine": str(wanted)}
-    assert scenario is not None
-    raise scenario.fault("physics.engine", f"{wanted!r} contradicts the backend {name!r}; leave out either")
+    wanted = scenario.physics.get("engine")
+    if wanted is not None and engine is not None and wanted != engine:
+        raise scenario.fault("physics.engine", f"{wanted!r} contradicts the backend, which runs on {engine!r}")
 
 
 def make_policy(policy: str | Policy | Callable[[Scenario], Policy] | None, scenario: Scenario) -> Policy:

@@ -96,7 +96,7 @@ class Physics:
     ) -> None:
         chosen = [name for name in EXECUTORS if name == push]
         if not chosen:
-            raise ColonysimError(f"no push executor {push!r}; {nearest(push, EXECUTORS)}")
+            raise ColonysimError(f"no push executor {push!r}; {nearest(str(push), EXECUTORS)}")
         self.push = chosen[0]
         self.tick = TICK_SECONDS
         self.edge_seconds = 1.0
@@ -114,7 +114,7 @@ class Physics:
         # The classifier was fitted to pushes of the executor `rl`: no other uses it unless asked to.
         self.feasibility = feasibility or SUITED[self.push]
         if self.feasibility not in FEASIBILITIES:
-            raise ColonysimError(f"no feasibility {feasibility!r}; {nearest(self.feasibility, FEASIBILITIES)}")
+            raise ColonysimError(f"no feasibility {feasibility!r}; {nearest(str(self.feasibility), FEASIBILITIES)}")
         gate = load_feasibility() if self.push == "rl" else None
         self._execute: Executor = make_executor(self.push, model=model, gate=gate)
         self._forest = (gate or load_feasibility()) if self.feasibility == "forest" else None

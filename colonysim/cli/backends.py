@@ -15,16 +15,17 @@ Examples:
 """
 
 
-_GROUPS = ("backends", "policies", "fields")
+_GROUPS = ("backends", "policies", "fields", "robots")
 
 
 def command(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
-    """List backends, policies and pheromone fields, plugins included.
+    """List backends, policies, pheromone fields and robots, plugins included.
 
     Also says what keeps one from being used, and which versions of the rigid-body engines are installed.
 
     A plugin announces itself under the entry-point group colonysim.backends,
-    colonysim.policies or colonysim.fields; a field is carried along by policy.extra_fields. The fields D, E, H and B
+    colonysim.policies, colonysim.fields or colonysim.robots; a field is carried along
+    by policy.extra_fields, a robot is chosen by physics.robot. The fields D, E, H and B
     are there with every stigmergic policy.
     """
     from colonysim.built import build
@@ -67,6 +68,14 @@ def _own_fields() -> list[dict[str, str]]:
     ]
 
 
+def _sizes(robot: Any) -> str:
+    """A robot in a few numbers."""
+    return (
+        f"{robot.length:g} m long, {robot.width:g} m wide, {robot.mass:g} kg, with wheels of {robot.wheel_radius:g} m"
+        f" that turn at up to {robot.wheel_speed:.3g} rad/s"
+    )
+
+
 def _summary(thing: Any) -> str:
     return (thing.__doc__ or "").strip().partition("\n")[0]
 
@@ -82,6 +91,8 @@ def _look(group: str, name: str) -> dict[str, str]:
     try:
         if group == "backends" and name in PHYSICS:
             version = engine_version(need_engine(None if name == "physics" else name))
-        return {"summary": _summary(load(group, name)), "version": version, "problem": ""}
+        found = load(group, name)
+        summary = _sizes(found) if group == "robots" else _summary(found)
+        return {"summary": summary, "version": version, "problem": ""}
     except ColonysimError as error:
         return {"summary": "", "version": version, "problem": str(error)}

@@ -1,5 +1,6 @@
 """The PyBullet engine. The only module that imports PyBullet, and only when an engine is made."""
 
+import hashlib
 import importlib
 import subprocess
 import sys
@@ -11,6 +12,8 @@ from colonysim.physics.engine import GRAVITY, UPWARDS, EngineFacts, MissingEngin
 from colonysim.physics.shapes import Quat, Slab, Vec3, quaternion
 
 _WHEEL_LINK = 0
+_STATE = b"colonysim bullet state 1\n"
+"""How a saved state begins; the SHA-256 of what follows is next."""
 _ITERATIONS = 50
 """Solver iterations of a step."""
 _SLEEP_THRESHOLD = 2e-4
@@ -178,13 +181,22 @@ class BulletEngine:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "state.bullet")
             self._p.saveBullet(str(file), physicsClientId=self._client)
-            return file.read_bytes()
+            content = file.read_bytes()
+        return _STATE + hashlib.sha256(content).digest() + content
 
     def load(self, state: bytes) -> None:
-        """Go on from a saved state of an engine with the same bodies."""
+        """Go on from a saved state of an engine with the same bodies.
+
+        Raises:
+            ValueError: It is no such state, or damaged: Bullet itself would end the process.
+        """
+        head = len(_STATE) + hashlib.sha256().digest_size
+        content = state[head:]
+        if state[:head] != _STATE + hashlib.sha256(content).digest():
+            raise ValueError("no saved state of a Bullet engine, or a damaged one")
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "state.bullet")
-            file.write_bytes(state)
+            file.write_bytes(content)
             try:
                 self._p.restoreState(fileName=str(file), physicsClientId=self._client)
             except self._p.error as error:

@@ -221,15 +221,17 @@ class MujocoEngine:
         head, _, rest = state.partition(b"\n")
         try:
             said = json.loads(head)
-            fits = (said["engine"], said["numbers"], len(rest)) == (self.facts.name, len(numbers), 8 * len(numbers))
+            made_by, count = (said["engine"], said["version"]), said["numbers"]
             standing = {int(body) for body in said["standing"]}
             pressed = {(int(one), int(other)) for one, other in said["pressed"]}
             nowhere = {int(body): (tuple(map(float, at)), tuple(map(float, turned)))
                        for body, at, turned in said["nowhere"]}  # fmt: skip
-        except (ValueError, KeyError, TypeError, UnicodeDecodeError) as error:
-            raise ValueError("no saved state of a MuJoCo engine") from error
-        if not fits:
-            raise ValueError(f"a saved state of another scene: {said['numbers']} numbers, expected {len(numbers)}")
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+            raise ValueError("no saved state of a MuJoCo engine, or a damaged one") from error
+        if made_by != (self.facts.name, self.facts.version):
+            raise ValueError(f"a saved state of {made_by[1]!s:.80}, expected one of {self.facts.version}")
+        if (count, len(rest)) != (len(numbers), 8 * len(numbers)):
+            raise ValueError(f"a saved state of {count!s:.20} numbers in {len(rest)} bytes, expected {len(numbers)}")
         numbers[:] = self._numpy.frombuffer(rest, dtype="<f8")
         self._mj.mj_setState(self._model, self._data, numbers, kind)
         self._pushed.clear()

@@ -27,11 +27,24 @@ _SEATED = 0.02
 _CLOSER_IN_A_TICK = 2 * STANDARD.wheel_speed * STANDARD.wheel_radius * TICK_SECONDS
 """No robot is driven faster than the standard one can."""
 _FOREVER = 1_000_000
+_MOST_TICKS = 2**53
 
 
 def ticks_to_close(gap: float) -> int:
     """For how many ticks two robots cannot come nearer to each other by such a distance; none if it is no number."""
     return int(min(gap / _CLOSER_IN_A_TICK, _FOREVER)) if gap > 0.0 else 0
+
+
+def _check(terrain: Terrain, boxes: Sequence[BoxSpec]) -> None:
+    """Refuses what engines answer in their own words, or not at all."""
+    if not terrain.grounds:
+        raise ValueError("the terrain has no ground")
+    for i, box in enumerate(boxes):
+        for name in ("length", "height", "mass"):
+            if not 0.0 < (value := getattr(box, name)) < _ENDLESS:
+                raise ValueError(f"box {i}: {name} {value}, expected a number above 0")
+        if not 0.0 <= box.friction < _ENDLESS:
+            raise ValueError(f"box {i}: friction {box.friction}, expected 0 or more")
 
 
 class Scene:
@@ -62,7 +75,7 @@ class Scene:
 
     Raises:
         MissingEngineError: The engine is not installed.
-        ValueError: There is no such engine.
+        ValueError: There is no such engine, no ground, or a box without size or mass.
     """
 
     tick_seconds = TICK_SECONDS
@@ -77,6 +90,7 @@ class Scene:
         gui: bool = False,
         engine: Engine | str | None = None,
     ) -> None:
+        _check(terrain, boxes)
         self.terrain = terrain
         self.boxes = tuple(boxes)
         self._robots = tuple(robots)
@@ -314,10 +328,12 @@ class Scene:
         try:
             of = str(state["scene"])
             ticks, tilted = int(state["ticks"]), [int(count) for count in state["tilted"]]
-            driven = [None if each is None else tuple(each) for each in state["tractions"]]
+            driven = [None if each is None else Traction.read(each) for each in state["tractions"]]
             inner = base64.b64decode(state["engine"], validate=True)
-        except (KeyError, TypeError, ValueError) as error:
-            raise ValueError("no saved state of a scene") from error
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            raise ValueError("no saved state of a scene, or a damaged one") from error
+        if not 0 <= ticks <= _MOST_TICKS:
+            raise ValueError(f"a saved state after a number of ticks that cannot be, expected 0 to {_MOST_TICKS}")
         if of != self._digest() or not len(tilted) == len(driven) == len(self._tractions):
             raise ValueError("a saved state of another scene: other ground, boxes, robots or another engine")
         if any(now is None and then is not None for now, then in zip(self._tractions, driven, strict=True)):
@@ -356,6 +372,8 @@ class Scene:
         self._open_pits = self._standing = None
 
     def _traction(self, i: int) -> Traction:
+        if i < 0:
+            raise LookupError(f"no robot {i}")
         traction = self._tractions[i]
         if traction is None:
             raise LookupError(f"robot {i} has left the world")

@@ -31,6 +31,8 @@ UPRIGHT = 0.8
 _AT_REST = 1e-3
 _STILL = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 _ENDLESS = math.inf
+_REMEMBERED = 8
+"""Numbers in the state of a robot's traction."""
 _DROWSY = 1e-3
 """Above this sum of squared speeds no body falls asleep (the engine's threshold is far lower)."""
 _LOOK_TICKS = 5
@@ -223,13 +225,22 @@ class Traction:
             self._lift, float(self._slow), float(self._countdown),
         )  # fmt: skip
 
-    def resume(self, state: Sequence[float]) -> None:
-        """Go on from a state; the body has been brought back by the engine.
+    @staticmethod
+    def read(state: Sequence[float]) -> tuple[float, ...]:
+        """What `state` has answered, after it was stored.
 
         Raises:
             ValueError: It is no such state.
+            TypeError: It is none either.
         """
-        left, right, grounded, resting, upright, lift, slow, countdown = map(float, state)
+        numbers = tuple(map(float, state))
+        if len(numbers) != _REMEMBERED or not all(map(math.isfinite, (*numbers[:4], *numbers[6:]))):
+            raise ValueError(f"expected {_REMEMBERED} numbers")
+        return numbers
+
+    def resume(self, state: tuple[float, ...]) -> None:
+        """Go on from what `state` has answered; the body has been brought back by the engine."""
+        left, right, grounded, resting, upright, lift, slow, countdown = state
         self.left, self.right, self.upright, self._lift = left, right, upright, lift
         self.grounded, self.resting, self._slow = grounded != 0.0, resting != 0.0, slow != 0.0
         self._countdown = int(countdown)

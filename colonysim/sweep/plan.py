@@ -429,8 +429,8 @@ def _bodies(backends: Sequence[str], places: Places) -> dict[str, str]:
     """What tables call backends of others; one that there is not is an error here."""
     found = {}
     for n, name in enumerate(backends):
-        if name == "physics":
-            raise places.fault(f"backends.{n}", "is whichever engine is installed, expected 'bullet' or 'mujoco'")
+        if name in ("physics", BUILT_IN["backends"]["physics"]):
+            raise places.fault(f"backends.{n}", f"{name!r} names no engine, expected 'bullet' or 'mujoco'")
         if name not in BUILT_IN["backends"]:
             try:
                 found[name] = load("backends", name)

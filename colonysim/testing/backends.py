@@ -28,7 +28,7 @@ __all__ = ["check_backend"]
 
 Factory: TypeAlias = "Callable[[], Backend]"
 
-WORLDS = (11, 36, 47, 50)
+WORLDS = (11, 36, 47, 65)
 """Random worlds in which boxes are pushed, with slopes, forbidden pushes and two or three agents."""
 
 

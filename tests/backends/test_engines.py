@@ -8,6 +8,7 @@ import pytest
 from backends.places import LANE, place
 
 import colonysim
+from colonysim.backends.physics import Physics
 from colonysim.errors import ColonysimError, MissingExtraError, ScenarioError
 from colonysim.physics import engine_version
 from colonysim.plugins import PHYSICS, make_backend
@@ -28,8 +29,14 @@ def test_a_run_says_which_engine_it_was_however_it_was_asked_for(engine: str) ->
 
 def test_a_scenario_that_names_its_engine_is_refused_on_the_other(engine: str) -> None:
     other = next(name for name in PHYSICS if name not in ("physics", engine))
-    with pytest.raises(ScenarioError, match=f"physics.engine: '{engine}' contradicts the backend '{other}'"):
+    with pytest.raises(ScenarioError, match=f"'{engine}' contradicts the backend, which runs on '{other}'"):
         run(other, engine=engine)
+    with pytest.raises(ScenarioError, match="contradicts the backend"):
+        run(f"colonysim.backends.{other}:{other.capitalize()}", engine=engine)
+    with pytest.raises(ScenarioError, match="contradicts the backend"):
+        list(colonysim.simulate(place({**LANE, "physics": {"engine": engine}}), backend=Physics(engine=other)))
+    with pytest.raises(ScenarioError, match="contradicts the backend"):
+        make_backend("physics", {"engine": other}, place({**LANE, "physics": {"engine": engine}}))
     scenario = place({**LANE, "physics": {"engine": engine}})
     assert colonysim.run(scenario, episodes=1, trace=False).manifest["backend"] == "nodeworld"
 

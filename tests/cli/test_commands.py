@@ -130,7 +130,7 @@ def test_lists() -> None:
     assert {"sanity", "easy", "medium", "hard"} <= {each["name"] for each in listed}
     found = {(e["kind"], e["name"]) for e in json.loads(colonysim("backends", "--json").stdout)}
     assert {("backends", name) for name in ("nodeworld", "bullet", "mujoco", "physics")} <= found
-    assert {("policies", "paper"), ("fields", "D")} <= found
+    assert {("policies", "paper"), ("fields", "D"), ("robots", "half")} <= found
     assert "hard" in colonysim("scenarios").stdout and "nodeworld" in colonysim("backends").stdout
 
 

@@ -291,3 +291,41 @@ def test_bodies_that_get_out_of_hand_are_told_and_leave_no_file(engine, tmp_path
 def test_wheel_speeds_are_numbers(speeds):
     with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)]) as scene, pytest.raises(ValueError, match="expected finite numbers"):
         scene.drive(0, *speeds)
+
+
+@pytest.mark.parametrize("keep", [0.5, 0.9, 0.99])
+def test_a_damaged_state_is_refused_and_the_scene_stays_as_it_is(keep):
+    with Scene(FLAT, [BoxSpec(2, 0, 0, 0)], [RobotSpec(0, 0, 0, 0), RobotSpec(0, 3, 0, 0)]) as scene:
+        run(scene, 0.5, 0, wheel_speeds(0.3, 0.0))
+        state, before = scene.save(), (scene.robot(0), scene.box(0), scene.ticks)
+        raw = base64.b64decode(state["engine"])
+        flipped = bytes([*raw[: len(raw) // 2], raw[len(raw) // 2] ^ 255, *raw[len(raw) // 2 + 1 :]])
+        broken = [raw[: int(len(raw) * keep)], b"", raw + b"0"]
+        broken += [flipped] if scene.engine.name == "bullet" else []
+        states = [{**state, "engine": base64.b64encode(each).decode()} for each in broken]
+        states += [{**state, "ticks": value} for value in (-1, math.inf, 10**400, "x")]
+        states += [{**state, "tractions": value} for value in ([[], []], ["a", "b"], [[0.0] * 7] * 2, 5)]
+        states += [{**state, "tractions": [[math.nan] * 8] * 2}, {**state, "tilted": []}, {**state, "engine": "%"}]
+        for each in states:
+            with pytest.raises(ValueError, match="saved state"):
+                scene.load(each)
+        assert (scene.robot(0), scene.box(0), scene.ticks) == before
+        assert scene.present_robots() == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("box", "what"),
+    [
+        (BoxSpec(0, 0, 0, 0, mass=0.0), "box 0: mass 0.0"),
+        (BoxSpec(0, 0, 0, 0, length=-1.0), "box 0: length -1.0"),
+        (BoxSpec(0, 0, 0, 0, height=math.nan), "box 0: height nan"),
+        (BoxSpec(0, 0, 0, 0, friction=-0.1), "box 0: friction -0.1"),
+    ],
+)
+def test_boxes_and_ground_that_cannot_be_are_refused(box, what):
+    with pytest.raises(ValueError, match=what):
+        Scene(FLAT, [box], [])
+    with pytest.raises(ValueError, match="no ground"):
+        Scene(Terrain(()), [], [])
+    with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)]) as scene, pytest.raises(LookupError):
+        scene.remove_robot(-1)
