@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.plan import Trouble, edge_path
+from colonysim.geometry.plan import edge_path
+from colonysim.geometry.trouble import Trouble
 from colonysim.physics import Ramp
 from colonysim.physics.pits import WALL
 
@@ -39,10 +40,9 @@ def steep(plan: Plan) -> Trouble | None:
         if rise > STEEPEST * length:
             return Trouble(
                 edge_path(plan.scenario, i, j),
-                f"slope {plan.named(i, j)} rises {rise:.2f} m over {length:.2f} m",
-                length,
-                rise / STEEPEST,
-            )
+                f"slope {plan.named(i, j)} rises {{:.2f}} m over {{:.2f}} m",
+                rise, length, away=length, needed=rise / STEEPEST,
+            )  # fmt: skip
     return None
 
 

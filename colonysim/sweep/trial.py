@@ -6,7 +6,7 @@ import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from colonysim.geometry.robots import with_robot
+from colonysim.geometry.robot_choice import with_robot
 from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario
@@ -38,9 +38,7 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     )  # fmt: skip
     return {
         "trace_sha256": recorded.trace_sha256,
-        "episodes": [
-            [e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes
-        ],
+        "episodes": [[e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes],
     }
 
 
