@@ -17,6 +17,7 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution,
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.engines import ENGINES
 from colonysim.imports import imports_of
 from colonysim.plugins import BUILT_IN, available
 
@@ -30,8 +31,6 @@ TAG = "tag"
 """The name, among the fingerprints of a part, of what its user says of its version."""
 UNKNOWN = "unknown"
 """How the fingerprint begins of what cannot be known; the reason follows."""
-_ENGINES = {"bullet": ("pybullet", "pybullet-arm64"), "mujoco": ("mujoco",)}
-"""Packages that our own backends are made of: another version of them gives other results."""
 _STANDARD = tuple({sysconfig.get_path("stdlib"), sysconfig.get_path("platstdlib")})
 _INSTALLED = frozenset({"site-packages", "dist-packages"})
 """Folders with one of these names hold what was installed."""
@@ -69,7 +68,8 @@ def parts_of(
 
 def _named(group: str, name: str) -> tuple[str, dict[str, str]]:
     if name in BUILT_IN[group]:
-        packages = _ENGINES.get(name, ()) if group == "backends" else ()
+        # Another version of an engine gives other results.
+        packages = ENGINES[name].packages if group == "backends" and name in ENGINES else ()
         engine = next((package for package in packages if _distribution(package)), next(iter(packages), None))
         return name, {engine: _package(engine)} if engine else {}
     place = name if ":" in name else available(group).get(name, "")

@@ -17,6 +17,7 @@ from colonysim.physics import (
     MissingEngineError,
     Scene,
     default_engine,
+    display_trouble,
     engine_facts,
     window_trouble,
 )
@@ -75,7 +76,7 @@ class Physics:
     Attributes:
         name: Name of the engine.
         engine: Name, version and settings of the engine, for the manifest.
-        recording: Another; whether poses and controls are kept for `rows`.
+        recording: Whether poses and controls are kept for `rows`.
 
     Raises:
         MissingExtraError: The engine is not installed.
@@ -101,17 +102,16 @@ class Physics:
         self.edge_seconds = 1.0
         self.recording = True
         self._gui = gui
-        if gui and engine != "bullet":
-            raise ColonysimError("gui: only Bullet has a window; --live shows a run of any engine in the browser")
-        if gui:
-            _check_window()
+        engine = default_engine() if engine is None else engine
         try:
-            self.engine = engine_facts(engine or default_engine())
+            self.engine = engine_facts(engine)
         except MissingEngineError as error:
             raise MissingExtraError(str(error)) from None
         except ValueError:
             raise ColonysimError(f"no engine {engine!r}; {nearest(str(engine), ENGINES)}") from None
-        # The paper's classifier speaks of states from which its own network pushes.
+        if gui:
+            _check_window(engine)
+        # The classifier was fitted to pushes of the executor `rl`: no other uses it unless asked to.
         self.feasibility = feasibility or SUITED[self.push]
         if self.feasibility not in FEASIBILITIES:
             raise ColonysimError(f"no feasibility {feasibility!r}; {nearest(self.feasibility, FEASIBILITIES)}")
@@ -432,11 +432,9 @@ class Physics:
         return log
 
 
-def _check_window() -> None:
+def _check_window(engine: str) -> None:
     """Finds out before anything is recorded whether a window can be shown."""
-    try:
-        trouble = window_trouble()
-    except MissingEngineError as error:
-        raise MissingExtraError(str(error)) from None
-    if trouble:
+    if trouble := window_trouble(engine):
+        raise ColonysimError(f"gui: {trouble}")
+    if trouble := display_trouble():
         raise ColonysimError(f"gui: no window can be opened on this display, or there is none: {trouble}")

@@ -316,6 +316,7 @@ class _Progress:
 
 
 def _backend_options(backend: str, push: str | None, feasibility: str | None, gui: bool) -> dict[str, Any]:
+    from colonysim.engines import ENGINES
     from colonysim.errors import ColonysimError
 
     options: dict[str, Any] = {}
@@ -327,5 +328,11 @@ def _backend_options(backend: str, push: str | None, feasibility: str | None, gu
         options["gui"] = True
     if options and backend == "nodeworld":
         named = " and ".join(f"--{name}" for name in options)
-        raise ColonysimError(f"{named}: the node world has no bodies; add --backend physics")
+        physics = "bullet" if gui else "physics"
+        raise ColonysimError(f"{named}: the node world has no bodies; add --backend {physics}")
+    if gui and backend in ENGINES:
+        from colonysim.physics import window_trouble
+
+        if trouble := window_trouble(backend):
+            raise ColonysimError(f"--gui: {trouble}")
     return options

@@ -70,6 +70,8 @@ def print_results(run: Run) -> None:
     title = f"{manifest['name']} · {manifest['backend']} · {manifest['policy']} · {manifest['mode']}"
     columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
     print_table(columns, rows, f"{title} · seed {manifest['seed']}")
+    if engine := manifest.get("engine"):
+        print_result(f"engine {engine['version']}")
     if run.path is not None:
         print_result(f"run    {shown_path(run.path)}")
     print_result(f"trace  {run.trace_sha256}")

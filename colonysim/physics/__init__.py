@@ -4,7 +4,7 @@ It knows neither colonies nor learning. Importing this package needs no physics 
 [`Scene`][colonysim.physics.scene.Scene] does, and says how to get one when it is missing.
 """
 
-from colonysim.physics.bullet import window_trouble
+from colonysim.physics.bullet import display_trouble
 from colonysim.physics.engine import (
     ENGINES,
     Engine,
@@ -16,6 +16,7 @@ from colonysim.physics.engine import (
     engine_trouble,
     engine_version,
     make_engine,
+    window_trouble,
 )
 from colonysim.physics.pits import Pit
 from colonysim.physics.robot import HALF, STANDARD, Robot
@@ -50,6 +51,7 @@ __all__ = [
     "Terrain",
     "WheelSpeeds",
     "default_engine",
+    "display_trouble",
     "engine_facts",
     "engine_trouble",
     "engine_version",

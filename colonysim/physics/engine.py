@@ -9,16 +9,37 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
+from colonysim import engines
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from colonysim.engines import EnginePackage
     from colonysim.physics.shapes import Quat, Slab, Vec3
 
-__all__ = ["ENGINES", "STEP_SECONDS", "Engine", "EngineFacts", "EngineName", "MissingEngineError", "default_engine",
-           "engine_facts", "engine_trouble", "engine_version", "make_engine"]  # fmt: skip
+__all__ = [
+    "ENGINES",
+    "GRAVITY",
+    "STEP_SECONDS",
+    "UPWARDS",
+    "Engine",
+    "EngineFacts",
+    "EngineName",
+    "MissingEngineError",
+    "default_engine",
+    "engine_facts",
+    "engine_trouble",
+    "engine_version",
+    "make_engine",
+    "window_trouble",
+]
 
 STEP_SECONDS = 1 / 120
 """Seconds of one physics step."""
+GRAVITY = 9.81
+"""Metres per second squared."""
+UPWARDS = 0.5
+"""A contact carries a wheel when its normal points up by at least this much."""
 
 
 class MissingEngineError(ImportError):
@@ -132,21 +153,12 @@ class Engine(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class _Source:
-    """Where an engine is: our class over it, the module it is imported by, and the packages that bring that module."""
-
-    place: str
-    module: str
-    packages: tuple[str, ...]
-
-
-_SOURCES = {
-    "bullet": _Source("colonysim.physics.bullet:BulletEngine", "pybullet", ("pybullet", "pybullet-arm64")),
-    "mujoco": _Source("colonysim.physics.mujoco:MujocoEngine", "mujoco", ("mujoco",)),
+_CLASSES = {
+    "bullet": "colonysim.physics.bullet:BulletEngine",
+    "mujoco": "colonysim.physics.mujoco:MujocoEngine",
 }
 EngineName = Literal["bullet", "mujoco"]
-ENGINES = tuple(_SOURCES)
+ENGINES = tuple(engines.ENGINES)
 """Names of the engines, the first that is installed being the default."""
 _NO_BULLET = (3, 14)
 """From this version of Python on there is no wheel of PyBullet."""
@@ -163,12 +175,11 @@ def make_engine(name: str, *, gui: bool = False) -> Engine:
         MissingEngineError: It is not installed.
         ValueError: There is no such engine, or it has no window.
     """
-    module, _, attribute = _source(name).place.partition(":")
-    trouble = engine_trouble(name)
-    if trouble:
+    if trouble := engine_trouble(name):
         raise MissingEngineError(trouble)
-    if gui and name != "bullet":
-        raise ValueError(f"the engine {name!r} has no window; `--live` and `view` show a run in the browser")
+    if gui and (trouble := window_trouble(name)):
+        raise ValueError(trouble)
+    module, _, attribute = _CLASSES[name].partition(":")
     make: Any = getattr(importlib.import_module(module), attribute)
     return cast("Engine", make(dt=STEP_SECONDS, gui=True) if gui else make(dt=STEP_SECONDS))
 
@@ -193,7 +204,7 @@ def engine_trouble(name: str) -> str:
     Raises:
         ValueError: There is no such engine.
     """
-    source = _source(name)
+    source = _known(name)
     if importlib.util.find_spec(source.module) is not None:
         return ""
     running = f"{sys.version_info.major}.{sys.version_info.minor}"
@@ -205,13 +216,25 @@ def engine_trouble(name: str) -> str:
     return f"the engine {name!r} needs {source.packages[0]}, which is not installed: pip install 'colonysim[{name}]'"
 
 
+def window_trouble(name: str) -> str:
+    """What keeps an engine from showing a scene in a window of its own, in words; "" if nothing does.
+
+    Whether there is a display is found out by Bullet, when it opens its window.
+
+    Raises:
+        ValueError: There is no such engine.
+    """
+    _known(name)
+    return "" if name == "bullet" else f"{name} has no window; take bullet, or follow the run in the browser (--live)"
+
+
 def engine_version(name: str) -> str:
     """The installed version of an engine, with the package it comes from; "" if there is none.
 
     Raises:
         ValueError: There is no such engine.
     """
-    for package in _source(name).packages:
+    for package in _known(name).packages:
         try:
             return f"{package} {importlib.metadata.version(package)}"
         except importlib.metadata.PackageNotFoundError:
@@ -224,7 +247,7 @@ def default_engine() -> str:
     return next((name for name in ENGINES if not engine_trouble(name)), ENGINES[0])
 
 
-def _source(name: str) -> _Source:
-    if name not in _SOURCES:
-        raise ValueError(f"no engine {name!r}, expected one of {', '.join(_SOURCES)}")
-    return _SOURCES[name]
+def _known(name: str) -> EnginePackage:
+    if name not in engines.ENGINES:
+        raise ValueError(f"no engine {name!r}, expected one of {', '.join(engines.ENGINES)}")
+    return engines.ENGINES[name]

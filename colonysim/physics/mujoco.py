@@ -8,7 +8,7 @@ import math
 import warnings
 from typing import TYPE_CHECKING, Any, cast
 
-from colonysim.physics.engine import EngineFacts, MissingEngineError, engine_version
+from colonysim.physics.engine import GRAVITY, UPWARDS, EngineFacts, MissingEngineError, engine_version
 from colonysim.physics.shapes import quaternion
 
 if TYPE_CHECKING:
@@ -16,13 +16,10 @@ if TYPE_CHECKING:
 
     from colonysim.physics.shapes import Quat, Slab, Vec3
 
-_UPWARDS = 0.5
-"""A contact carries a wheel when its normal points up by at least this much."""
 _IMPRATIO = 10.0
 """How much stiffer friction is than normal contact: at 1, boxes slide away from the bumper that pushes them."""
 _PARKED = 1000.0
 """Bodies taken out of the world rest this far below it and this far from each other, metres."""
-_GRAVITY = 9.81
 
 
 def _warn(message: str) -> None:
@@ -54,7 +51,7 @@ class MujocoEngine:
             mj.set_mju_user_warning(_warn)
         self._spec = spec = mj.MjSpec()
         spec.option.timestep = dt
-        spec.option.gravity = (0.0, 0.0, -_GRAVITY)
+        spec.option.gravity = (0.0, 0.0, -GRAVITY)
         # The network that was trained on Bullet pushes as well with this cone, and half as well with the other.
         spec.option.cone = mj.mjtCone.mjCONE_ELLIPTIC
         spec.option.impratio = _IMPRATIO
@@ -186,7 +183,7 @@ class MujocoEngine:
         """Parks a body out of everybody's reach, its weight carried."""
         self.place(body, (_PARKED * (body + 1), 0.0, -_PARKED), (0.0, 0.0, 0.0, 1.0))
         row = self._row_of[body]
-        self._forces[6 * row + 2] = _GRAVITY * float(self._model.body_subtreemass[row])
+        self._forces[6 * row + 2] = GRAVITY * float(self._model.body_subtreemass[row])
 
     def step(self) -> None:
         """Advance by one physics step."""
@@ -341,9 +338,9 @@ class MujocoEngine:
             for (i, j), up, row in zip(contact.geom.tolist(), upwards, rows, strict=True):
                 (one, _, wheel), (other, _, others_wheel) = self._geoms[i], self._geoms[j]
                 # A contact's normal points from its first geom to its second.
-                if wheel and up < -_UPWARDS:
+                if wheel and up < -UPWARDS:
                     standing.add(one)
-                elif others_wheel and up > _UPWARDS:
+                elif others_wheel and up > UPWARDS:
                     standing.add(other)
                 if row >= 0 and forces[row] > 0.0:
                     pressed.add((min(one, other), max(one, other)))

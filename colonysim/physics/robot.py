@@ -150,10 +150,11 @@ _POWERS = {
 LIMITS = {
     "length": (0.5, 0.8), "width": (0.45, 0.7), "clearance": (0.01, 0.1), "height": (0.2, 0.5),
     "wheel_radius": (0.06, 0.15), "track": (0.3, 0.6), "wheelbase": (0.2, 0.5), "chassis_mass": (8.0, 200.0),
-    "wheel_mass": (0.5, 8.0), "wheel_speed": (3.0, 100.0), "grip": (0.3, 1.2), "bumper_friction": (0.3, 2.0),
+    "wheel_mass": (0.5, 8.0), "wheel_speed": (3.0, 100.0), "grip": (0.4, 1.2), "bumper_friction": (0.3, 2.0),
 }  # fmt: skip
 """Least and most of each number, at scale 1, with which single pushes were found to succeed as they do with the
-standard robot, one number changed at a time; slower wheels are slower than the controls push."""
+standard robot, one number changed at a time. Slower wheels are slower than the controls push; with less grip robots of
+a colony get stuck as they turn."""
 
 STANDARD = Robot()
 """The robot that everything was tuned on, of the size of a Summit-XL."""

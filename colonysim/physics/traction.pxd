@@ -1,7 +1,7 @@
 # The types of traction.py when it is compiled.
 cimport cython
 
-cdef double _SERVO, _UPRIGHT, _AT_REST, _DROWSY, _FALLING
+cdef double _SERVO, _UPRIGHT, _AT_REST, _ENDLESS, _DROWSY, _FALLING
 cdef double _RADIUS, _HALF_TRACK, _FASTEST, _AHEAD_PER_WHEELS, _TURN_PER_WHEELS
 cdef int _LOOK_TICKS
 

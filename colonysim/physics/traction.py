@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from math import asin, atan2
 from typing import NamedTuple
 
-from colonysim.physics.engine import Engine
+from colonysim.physics.engine import GRAVITY, Engine
 from colonysim.physics.robot import STANDARD, Robot
 from colonysim.physics.shapes import Pose, Quat, RobotSpec, Vec3, quaternion
 
@@ -26,19 +26,21 @@ _YAW_INERTIA = 3.7
 """What turning the standard robot takes, without what its tyres and the ground take away."""
 _MAX_TORQUE = 100.0
 """With which the standard robot's tyres can turn it, about its grip times half its track."""
-_UPRIGHT = 0.8
+UPRIGHT = 0.8
 """Below this cosine of the tilt the wheels have lost the ground."""
 _AT_REST = 1e-3
 _STILL = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+_ENDLESS = math.inf
 _DROWSY = 1e-3
 """Above this sum of squared speeds no body falls asleep (the engine's threshold is far lower)."""
 _LOOK_TICKS = 5
 _FALLING = 0.05
 _FORCE_BELOW = 0.19
 """The ground pulls at the standard robot this far below its chassis' centre."""
-_GRAVITY = 9.81
+_GRAVITY = GRAVITY
 _make = tuple.__new__
 # What others import is an object for Python; these are plain numbers once compiled.
+_UPRIGHT = UPRIGHT
 _RADIUS, _HALF_TRACK, _FASTEST = STANDARD.wheel_radius, STANDARD.track / 2, STANDARD.wheel_speed
 _AHEAD_PER_WHEELS, _TURN_PER_WHEELS = STANDARD.wheel_radius / 2, STANDARD.wheel_radius / STANDARD.track
 
@@ -195,6 +197,8 @@ class Traction:
         # A wider track asks more of the outer wheel.
         turn = (right - left) * self._spread
         asked, most = max(abs(left - turn), abs(right + turn)), self._fastest
+        if not asked < _ENDLESS:
+            raise ValueError(f"wheel speeds {left} and {right}, expected finite numbers")
         if asked > most:
             left, right = left * most / asked, right * most / asked
         if left != self.left or right != self.right:

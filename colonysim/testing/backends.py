@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.arguments import as_seed, whole
+from colonysim.plugins import lacking
 from colonysim.randomness import Streams
 from colonysim.simulation import simulate
 from colonysim.testing.promises import ConformanceError, Recorder, global_randomness, same_traces
@@ -38,7 +39,8 @@ def check_backend(
 
     Args:
         factory: Makes a new backend; called several times.
-        scenarios: Where to try it; by default a few small random ones. A slow backend may be given fewer.
+        scenarios: Where to try it; by default four small random ones. Each is played some thirty times `episodes`: give
+            a backend that takes seconds an episode one scenario of a few steps (`max_steps`).
         episodes: How many episodes each run has; at least two, since some faults need a second one.
         seed: Seed of all runs.
 
@@ -56,6 +58,8 @@ def check_backend(
         ```
     """
     episodes, seed = whole("episodes", episodes, 2), as_seed(seed)
+    if missing := lacking("backends", factory()):
+        raise ConformanceError("attributes", f"what the factory makes {missing}")
     if scenarios is None:
         scenarios = [random_scenario(number, max_agents=3) for number in WORLDS]
     for scenario in scenarios:

@@ -41,3 +41,13 @@ def test_a_broken_promise_is_named(factory, promise):
 def test_one_episode_is_not_enough():
     with pytest.raises(ColonysimError, match="from 2 to"):
         check_backend(Mock, episodes=1)
+
+
+def test_a_backend_that_lacks_a_method_is_told_at_once() -> None:
+    class Broken:
+        name = "broken"
+
+        def reset(self, world: object, streams: object) -> None: ...
+
+    with pytest.raises(ConformanceError, match="is no backend: Broken has no method 'feasible'"):
+        check_backend(Broken)  # type: ignore[arg-type]

@@ -228,14 +228,19 @@ def test_a_state_is_gone_on_from(engine):
             assert places(second) == pytest.approx(places(first), abs=0.1)
 
 
-@pytest.mark.parametrize("damage", ["not", "of", "another"])
+@pytest.mark.parametrize("damage", ["not", "of", "another", "lower", "longer"])
 def test_what_is_no_state_of_the_scene_is_refused(damage):
     with (
         Scene(FLAT, [BoxSpec(1, 0, 0, 0)], [RobotSpec(0, 0, 0, 0)]) as one,
         Scene(FLAT, [], [RobotSpec(0, 0, 0, 0), RobotSpec(0, 3, 0, 0)]) as other,
+        Scene(Terrain((Ground(-5, -5, 5, 5, -1.0),)), [BoxSpec(1, 0, 0, 0)], [RobotSpec(0, 0, 0, 0)]) as lower,
+        Scene(FLAT, [BoxSpec(1, 0, 0, 0, length=0.8)], [RobotSpec(0, 0, 0, 0)]) as longer,
     ):
         broken = base64.b64encode(b"nothing").decode()
-        state = {"not": {}, "of": {**one.save(), "engine": broken}, "another": other.save()}[damage]
+        states = {"not": {}, "of": {**one.save(), "engine": broken}, "another": other.save()} | {
+            "lower": lower.save(), "longer": longer.save(),
+        }  # fmt: skip
+        state = states[damage]
         with pytest.raises(ValueError, match="saved state"):
             one.load(state)
 
@@ -280,3 +285,9 @@ def test_bodies_that_get_out_of_hand_are_told_and_leave_no_file(engine, tmp_path
             made.push(scene._tractions[0].body, (1e30, 0.0, 1e30), (0.0, 0.0, 1e6), (0.0, 1e30, 0.0))
             scene.tick()
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("speeds", [(math.nan, 1.0), (1.0, math.inf), (-math.inf, math.nan)])
+def test_wheel_speeds_are_numbers(speeds):
+    with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)]) as scene, pytest.raises(ValueError, match="expected finite numbers"):
+        scene.drive(0, *speeds)

@@ -98,7 +98,7 @@ def test_the_line_of_the_field_is_told(tmp_path):
         ({"physics": {"pit_side": 1.02}}, "physics.pit_side: the pit at hole 3 is 1.02 m wide, expected at least 1.03"),
         ({"physics": {"box_length": 0.3}}, "physics.box_length: the box at node 1 is 0.3 m wide, expected"),
         ({"physics": {"box_mass": 80.0}}, "physics.box_mass: the box at node 1 takes 314 N to push, expected"),
-        ({"robot": {"chassis_mass": 8.0, "grip": 0.3}}, "physics.box_mass: the box at node 1 takes 47.1 N to push"),
+        ({"robot": {"chassis_mass": 8.0, "grip": 0.4}}, "the box at node 1 takes 47.1 N to push"),
         ({"physics": {"xy_scale": 1.2, "pit_side": 1.8}},
          "topology: node 2 lies 0.30 m from the pit of hole 3, too close for a robot, expected at least 0.40 m;"
          " physics.xy_scale: 1.3 would do (it is 1.2)"),

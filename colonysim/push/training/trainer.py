@@ -204,9 +204,12 @@ class _Run:
         """Training episodes, then a test; the exploration, where there is nothing to test, is part of the first."""
         config = self.config
         self._losses.clear()
-        while self.actions < config.explore:
+        explore = config.explore if config.actions is None else min(config.explore, config.actions)
+        while self.actions < explore:
             self._train_episode()
         for _ in range(config.train_block):
+            if self.finished:
+                break
             self._train_episode()
         rewards: list[float] = []
         won: dict[str, list[float]] = {kind: [] for kind in KINDS}
