@@ -38,7 +38,8 @@ def command(
     """Check scenario files without running them.
 
     Each of their variants and the policy's parameters are checked too. No code of others is
-    imported: what a run would load is named, and its parameters are left to the run.
+    imported: what a run would load is named, and its parameters are left to the run, as
+    is the room for a robot of others.
 
     A fault is told as file:line:column: field: what is wrong; the exit code is then 2.
     """
@@ -59,6 +60,7 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.characters import printable
     from colonysim.cli.console import print_result, say
+    from colonysim.geometry.robot_choice import of_others
     from colonysim.plugins import BUILT_IN, PHYSICS, engine_option, locate, make_policy
     from colonysim.scenario.loading import load_scenario, load_variants
 
@@ -73,11 +75,15 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
             loaded += [f"field {locate('fields', field)}" for field in fields]
         else:
             loaded.append(f"policy {policy}, whose parameters are not checked here")
+        robot = of_others(scenario)
+        if robot is not None:
+            loaded.append(f"robot {robot}, whose numbers, and the room for it, are not checked here")
         if backend in PHYSICS:
             from colonysim.geometry.layout import lay_out
 
             engine_option(backend, scenario)
-            lay_out(scenario)
+            if robot is None:
+                lay_out(scenario)
         shown = printable(name, len(name))
         label = shown if one is None else f"{shown} (variant {one})"
         print_result(f"{label}: valid: {_outline(scenario)}")

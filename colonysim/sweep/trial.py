@@ -38,7 +38,9 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     )  # fmt: skip
     return {
         "trace_sha256": recorded.trace_sha256,
-        "episodes": [[e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes],
+        "episodes": [
+            [e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes
+        ],
     }
 
 

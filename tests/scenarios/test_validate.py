@@ -27,8 +27,12 @@ def validated(*arguments):
         (["--set", "policy=planted:Policy"], "policy planted:Policy, whose parameters are not checked here"),
         (["--set", 'policy.extra_fields=["planted:Field"]'], "field planted:Field"),
         (["--backend", "planted:Backend"], "backend planted:Backend"),
+        (["--set", "physics.robot=planted:ROBOT"],
+         "robot planted:ROBOT, whose numbers, and the room for it, are not checked here"),
+        (["--set", "physics.robot=planted:ROBOT", "--backend", "physics"],
+         "robot planted:ROBOT, whose numbers, and the room for it, are not checked here"),
     ],
-)
+)  # fmt: skip
 def test_it_names_the_code_of_others_and_imports_none(tmp_path, monkeypatch, arguments, told):
     (tmp_path / "planted.py").write_text(PLANTED)
     monkeypatch.syspath_prepend(tmp_path)
