@@ -60,7 +60,7 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.characters import printable
     from colonysim.cli.console import print_result, say
-    from colonysim.geometry.robot_choice import of_others
+    from colonysim.geometry.robot_choice import of_others, robot_of
     from colonysim.plugins import BUILT_IN, PHYSICS, engine_option, locate, make_policy
     from colonysim.scenario.loading import load_scenario, load_variants
 
@@ -76,7 +76,9 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
         else:
             loaded.append(f"policy {policy}, whose parameters are not checked here")
         robot = of_others(scenario)
-        if robot is not None:
+        if robot is None:
+            robot_of(scenario)
+        else:
             loaded.append(f"robot {robot}, whose numbers, and the room for it, are not checked here")
         if backend in PHYSICS:
             from colonysim.geometry.layout import lay_out

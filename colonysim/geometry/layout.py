@@ -109,7 +109,7 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
     )  # fmt: skip
     margin, half_width = physics.get("margin"), float(physics.get("ramp_half_width") or RAMP_HALF_WIDTH)
     plan = Plan(
-        scenario, scale, tuple(heights), tuple(pits), pit_at, boxes,
+        scenario, scale, z_scale, tuple(heights), tuple(pits), pit_at, boxes,
         MARGIN if margin is None else float(margin), half_width,
     )  # fmt: skip
     if given:

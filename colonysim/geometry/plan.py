@@ -28,7 +28,8 @@ class Plan:
 
     Attributes:
         scenario: Whose graph it is.
-        scale: How long a graph unit is.
+        scale: How long a graph unit is in the plane.
+        z_scale: How high one is.
         heights: Height of each node's ground, of a hole its rim.
         pits: The pits at this scale.
         pit_at: For each hole's node the index of its pit.
@@ -39,6 +40,7 @@ class Plan:
 
     scenario: Scenario
     scale: float
+    z_scale: float
     heights: tuple[float, ...]
     pits: tuple[Pit, ...]
     pit_at: Mapping[int, int]

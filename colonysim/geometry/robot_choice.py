@@ -51,6 +51,8 @@ def with_robot(scenario: Scenario) -> Scenario:
     """
     preset, given, place = _asked(scenario)
     if preset in BUILT_IN["robots"]:
+        if given:
+            robot_of(scenario)
         return scenario
     # Not on import: most runs have no robot of others.
     from colonysim.physics import Robot

@@ -85,6 +85,12 @@ def test_a_robot_that_is_none_is_told_by_its_field(robot, message):
     assert message in str(error.value)
 
 
+@pytest.mark.parametrize(("robot", "field"), [({"length": 3.0}, "robot.length: got 3"), ("haf", "robot: no robot 'haf'")])
+def test_a_robot_that_is_none_is_refused_on_the_node_world_too(robot, field):
+    with pytest.raises(ScenarioError, match=f"physics.{field}"):
+        list(colonysim.simulate(lane(robot), episodes=1))
+
+
 def test_the_line_of_the_field_is_told(tmp_path):
     path = tmp_path / "slow.yaml"
     path.write_text(json.dumps(LANE)[:-1] + ', "physics": {\n "robot": {\n  "wheel_speed": 1.0}}}')
@@ -162,7 +168,7 @@ FLOOR = {"grounds": [{"xmin": -2.0, "ymin": -2.0, "xmax": 3.0, "ymax": 2.0, "z":
     ("changes", "message"),
     [
         ({**STEEP, "physics": {"xy_scale": 0.8}},
-         "slopes.0: slope 1-2 rises 0.38 m over 0.80 m, expected at least 1.25 m; physics.xy_scale: 1.25 would do (it is 0.8)"),
+         "slopes.0: slope 1-2 rises 0.38 m over 0.80 m (physics.z_scale is 0.125 by default, which makes the lowest box 0.125 m high), expected at least 1.25 m; physics.xy_scale: 1.25 would do (it is 0.8)"),
         ({"physics": {"pit_side": 0.5}}, "physics.pit_side: a pit of 0.5 m takes no box of 0.5 m, expected at least 0.5154 m"),
         ({"physics": {"box_height": 8.0}}, "boxes.0: the box is 8 m high, expected 0.005 to 5 m"),
         ({"physics": {"margin": 0.1}}, "physics.margin: 0.1 m of ground beyond the outermost nodes, expected at least 0.225 m"),
@@ -197,3 +203,11 @@ def test_nodes_that_are_too_close_are_told_by_their_line(tmp_path):
         ScenarioError, match=r"narrow.yaml:6:5: edges.0: nodes 0 and 1 are 0.64 m .*xy_scale: 2.35 would"
     ):
         lay_out(load_scenario(path))
+
+
+def test_a_slope_made_steep_by_a_low_box_says_so():
+    with pytest.raises(ScenarioError, match="z_scale is 5 by default, which makes the lowest box 0.25 m high") as error:
+        lay_out(lane(**{**STEEP, "boxes": [[1, 0.05]], "reach": 0.01}))
+    assert "rises 15.00 m" in str(error.value)
+    with pytest.raises(ScenarioError, match="z_scale is 2.5 by default, which makes the lowest box 0.125 m high"):
+        lay_out(lane("half", **{**STEEP, "boxes": [[1, 0.05]], "reach": 0.01}))

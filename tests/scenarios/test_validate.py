@@ -52,6 +52,10 @@ def test_parameters_of_our_own_policies_are_checked():
     assert validated("easy", "--set", "policy=colny")[2] == "Error: no policy 'colny'; did you mean 'colony'?\n"
 
 
+def test_numbers_of_a_robot_are_checked_for_every_backend():
+    assert "physics.robot.length: got 3" in validated("easy", "--set", "physics.robot={length: 3}")[2]
+
+
 def test_edges_longer_than_the_stall_are_warned_of():
     code, out, err = validated("easy", "--set", "stall_seconds=0.5")
     assert (code, out.count("valid")) == (0, 1)
