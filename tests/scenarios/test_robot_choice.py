@@ -49,8 +49,8 @@ def test_the_standard_robot_unless_another_is_asked_for():
     assert robot_of(lane("half")) == HALF
     assert robot_of(lane({"preset": "half"})) == HALF
     assert robot_of(lane({"scale": 0.5})) == HALF
-    quick = robot_of(lane({"preset": "half", "wheel_speed": 14.0}))
-    assert (quick.wheel_speed, quick.length) == (14.0, HALF.length)
+    slow = robot_of(lane({"preset": "half", "wheel_speed": 7.0}))
+    assert (slow.wheel_speed, slow.length) == (7.0, HALF.length)
 
 
 def test_what_is_left_open_has_the_size_of_the_robot():
@@ -71,6 +71,9 @@ def test_what_is_left_open_has_the_size_of_the_robot():
         ({"preset": "halv"}, "physics.robot.preset: no robot 'halv'; did you mean 'half'?"),
         ({"wheel_sped": 6.0}, "physics.robot.wheel_sped: unknown field; did you mean 'wheel_speed'?"),
         ({"wheel_speed": 1.0}, "physics.robot.wheel_speed: got 1, expected"),
+        ({"wheel_speed": 20.0}, "physics.robot.wheel_speed: got 20, expected 3 to 8, with which the controls work; they ask for no more, so"),
+        ({"wheel_speed": 17.0, "wheel_radius": 0.06}, "physics.robot.wheel_speed: got 17, expected 3 to 16, with"),
+        ({"preset": "half", "wheel_speed": 12.0}, "physics.robot.wheel_speed: got 12, expected 4.243 to 11.31 at scale 0.5, with"),
         ({"scale": 0.5, "chassis_mass": 100.0}, "physics.robot.chassis_mass: got 100, expected"),
         ({"scale": 20.0}, "physics.robot.scale: got 20, expected 0.2 to 4"),
         ({"track": "wide"}, "physics.robot.track: got 'wide', expected a number"),
@@ -206,8 +209,8 @@ def test_nodes_that_are_too_close_are_told_by_their_line(tmp_path):
 
 
 def test_a_slope_made_steep_by_a_low_box_says_so():
-    with pytest.raises(ScenarioError, match="z_scale is 5 by default, which makes the lowest box 0.25 m high") as error:
+    with pytest.raises(ScenarioError, match=r"z_scale is 5 by default, which makes the lowest box 0\.25 m") as error:
         lay_out(lane(**{**STEEP, "boxes": [[1, 0.05]], "reach": 0.01}))
     assert "rises 15.00 m" in str(error.value)
-    with pytest.raises(ScenarioError, match="z_scale is 2.5 by default, which makes the lowest box 0.125 m high"):
+    with pytest.raises(ScenarioError, match=r"z_scale is 2\.5 by default, which makes the lowest box 0\.125 m"):
         lay_out(lane("half", **{**STEEP, "boxes": [[1, 0.05]], "reach": 0.01}))

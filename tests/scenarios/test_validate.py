@@ -52,6 +52,11 @@ def test_parameters_of_our_own_policies_are_checked():
     assert validated("easy", "--set", "policy=colny")[2] == "Error: no policy 'colny'; did you mean 'colony'?\n"
 
 
+def test_the_time_to_drive_is_that_of_the_robot():
+    half = validated("easy", "--set", "stall_seconds=0.5", "--set", "physics={robot: half}")[2]
+    assert "takes 3.93825 s to drive on a physics backend (2.22781 m)" in half
+
+
 def test_numbers_of_a_robot_are_checked_for_every_backend():
     assert "physics.robot.length: got 3" in validated("easy", "--set", "physics.robot={length: 3}")[2]
 
