@@ -12,9 +12,8 @@ from colonysim.physics.scene import GROUND_FRICTION
 from colonysim.push.paths import BOX_CLEARANCE, PIT_CLEARANCE, ROBOT_CLEARANCE
 
 if TYPE_CHECKING:
-    from colonysim.geometry.layout import Layout
     from colonysim.geometry.plan import Plan
-    from colonysim.scenario.scenario import Scenario
+    from colonysim.physics import Robot
 
 __all__ = ["BOX_LENGTHS", "check_fit", "narrow_nodes"]
 
@@ -29,52 +28,51 @@ _GRAVITY = 9.81
 _ROUNDING = 1e-9
 
 
-def check_fit(scenario: Scenario, layout: Layout) -> None:
+def check_fit(plan: Plan, robot: Robot) -> None:
     """Whether robots of this size can push the boxes, and into the pits.
 
     Raises:
         Trouble: Something is too small or too large for them; it names the nodes.
     """
-    _check_boxes(scenario, layout)
-    _check_pits(scenario, layout)
+    _check_boxes(plan, robot)
+    _check_pits(plan)
 
 
-def _check_boxes(scenario: Scenario, layout: Layout) -> None:
-    for number, box in enumerate(layout.boxes):
+def _check_boxes(plan: Plan, robot: Robot) -> None:
+    for number, box in enumerate(plan.boxes):
         low, high = BOX_LENGTHS
         if not low - _ROUNDING <= box.length <= high + _ROUNDING:
-            node = scenario.topology.ids[scenario.boxes[number].node]
+            node = plan.named(plan.scenario.boxes[number].node)
             raise Trouble(
                 "physics.box_length", f"the box at node {node} is {{:g}} m wide, expected {{:g}} to {{:g}} m for this"
                 " robot", box.length, low, high,
             )  # fmt: skip
-        pull = layout.robot.mass * layout.robot.grip / _PULL
-        needed = box.mass * layout.robot.mass_unit * box.friction * GROUND_FRICTION
+        pull = robot.mass * robot.grip / _PULL
+        needed = box.mass * robot.mass_unit * box.friction * GROUND_FRICTION
         if needed > pull * (1 + _ROUNDING):
-            node = scenario.topology.ids[scenario.boxes[number].node]
+            node = plan.named(plan.scenario.boxes[number].node)
             raise Trouble(
                 "physics.box_mass", f"the box at node {node} takes {_GRAVITY * needed:.3g} N to push, expected at most"
                 f" {_GRAVITY * pull:.3g} N for this robot; see box_mass, box_friction, and the robot's masses and grip",
             )  # fmt: skip
 
 
-def _check_pits(scenario: Scenario, layout: Layout) -> None:
+def _check_pits(plan: Plan) -> None:
     """A box that tips over the edge is for a moment as long as its diagonal."""
-    ids = scenario.topology.ids
-    for box in layout.boxes:
+    for box in plan.boxes:
         needed = math.hypot(box.length, box.height)
-        for node, number in layout.pit_at.items():
-            side = layout.terrain.pits[number].side
+        for node, number in plan.pit_at.items():
+            side = plan.pits[number].side
             if box.length < side < needed:
                 raise Trouble(
-                    "physics.pit_side", f"the pit at hole {ids[node]} is {{:g}} m wide, expected at least {{:.4g}} m,"
-                    " for a box {:g} m wide and {:g} m high", side, needed, box.length, box.height,
+                    "physics.pit_side", f"the pit at hole {plan.named(node)} is {{:g}} m wide, expected at least"
+                    " {:.4g} m, for a box {:g} m wide and {:g} m high", side, needed, box.length, box.height,
                 )  # fmt: skip
 
 
 def narrow_nodes(plan: Plan) -> Trouble | None:
-    """The first nodes on which robots would touch, be too near a box to hold it or get past, or hang over a pit."""
-    return _narrow_edge(plan) or _narrow_box(plan) or _narrow_pit(plan)
+    """The first nodes on which robots would touch, be too near a box to hold it, or hang over a pit, or boxes would."""
+    return _narrow_edge(plan) or _narrow_box(plan) or _narrow_pit(plan) or _narrow_hole(plan)
 
 
 def _narrow_edge(plan: Plan) -> Trouble | None:
@@ -122,4 +120,21 @@ def _narrow_pit(plan: Plan) -> Trouble | None:
                     node_path(plan.scenario, i), f"node {plan.named(i)} lies {{:.2f}} m from the pit of hole"
                     f" {plan.named(hole)}, too close for a robot", beside, needed=PIT_CLEARANCE,
                 )  # fmt: skip
+    return None
+
+
+def _narrow_hole(plan: Plan) -> Trouble | None:
+    """On every node from which a box may be pushed into a hole it hangs over the pit, so none is pushed there."""
+    scenario = plan.scenario
+    standing = {box.node for box in scenario.boxes}
+    for hole, number in plan.pit_at.items():
+        sides = [i for i in scenario.topology.neighbours[hole] if (i, hole) not in scenario.no_push]
+        if not plan.boxes or not sides or standing.union(plan.pit_at).intersection(sides):
+            continue
+        beside, needed = max(plan.pits[number].distance(*plan.places[i]) for i in sides), plan.boxes[0].length / 2
+        if beside < needed - _ROUNDING:
+            return Trouble(
+                node_path(scenario, hole), f"the nodes beside hole {plan.named(hole)} lie at most {{:.2f}} m from its"
+                " pit, too close for a box that is pushed there first", beside, needed=needed,
+            )  # fmt: skip
     return None

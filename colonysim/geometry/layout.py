@@ -72,11 +72,9 @@ def lay_out(scenario: Scenario) -> Layout:
     """
     robot = robot_of(scenario)
     try:
-        layout = _laid_out(scenario, robot)
-        check_fit(scenario, layout)
+        return _laid_out(scenario, robot)
     except Trouble as trouble:
         raise trouble.fault(scenario, robot.scale) from None
-    return layout
 
 
 def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
@@ -112,6 +110,7 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
         scenario, scale, z_scale, tuple(heights), tuple(pits), pit_at, boxes,
         MARGIN if margin is None else float(margin), half_width,
     )  # fmt: skip
+    check_fit(plan, robot)
     if given:
         _check_work(scenario, scale, len(terrain.grounds), len(terrain.ramps))
         check_given(plan, terrain)

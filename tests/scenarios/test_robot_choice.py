@@ -110,17 +110,20 @@ def test_the_line_of_the_field_is_told(tmp_path):
         ({"robot": {"chassis_mass": 8.0, "grip": 0.4}}, "the box at node 1 takes 47.1 N to push"),
         ({"physics": {"xy_scale": 1.2, "pit_side": 1.8}},
          "topology: node 2 lies 0.30 m from the pit of hole 3, too close for a robot, expected at least 0.40 m;"
-         " physics.xy_scale: 1.3 would do (it is 1.2)"),
+         " physics.xy_scale: 1.4 would do (it is 1.2)"),
         ({"physics": {"xy_scale": 0.9}, "agents": [0, 1], "boxes": [[2, 1.0]]},
          "topology: nodes 0 and 1 are 0.90 m apart, too close for two of the robots, expected at least 0.94 m;"
          " physics.xy_scale: 1.05 would do (it is 0.9)"),
         ({"physics": {"xy_scale": 0.9}},
          "topology: node 0 lies 0.40 m from the box at node 1, too close for a robot that gets there or takes hold of it,"
-         " expected at least 0.51 m; physics.xy_scale: 1.05 would do (it is 0.9)"),
+         " expected at least 0.51 m; physics.xy_scale: 1.1 would do (it is 0.9)"),
+        ({"physics": {"xy_scale": 1.05}, "boxes": [[0, 1.0]], "agents": [1]},
+         "topology: the nodes beside hole 3 lie at most 0.45 m from its pit, too close for a box that is pushed there first,"
+         " expected at least 0.50 m; physics.xy_scale: 1.1 would do (it is 1.05)"),
         ({"robot": "half", "physics": {"box_length": 1.0}}, "the box at node 1 is 1 m wide, expected 0."),
         ({"robot": "half", "physics": {"xy_scale": 0.6, "pit_side": 0.9}},
          "node 2 lies 0.15 m from the pit of hole 3, too close for a robot, expected at least 0.20 m;"
-         " physics.xy_scale: 0.65 would do (it is 0.6)"),
+         " physics.xy_scale: 0.7 would do (it is 0.6)"),
     ],
 )  # fmt: skip
 def test_a_place_that_is_too_narrow_names_its_nodes(changes, message):
