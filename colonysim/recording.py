@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import shown_path
-from colonysim.geometry.robots import with_robot
+from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.provenance import parts_of

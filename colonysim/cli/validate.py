@@ -9,6 +9,7 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from colonysim.physics import Robot
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
@@ -38,7 +39,8 @@ def command(
     """Check scenario files without running them.
 
     Each of their variants and the policy's parameters are checked too. No code of others is
-    imported: what a run would load is named, and its parameters are left to the run.
+    imported: what a run would load is named, and its parameters are left to the run, as
+    is the room for a robot of others.
 
     A fault is told as file:line:column: field: what is wrong; the exit code is then 2.
     """
@@ -59,6 +61,8 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.characters import printable
     from colonysim.cli.console import print_result, say
+    from colonysim.geometry.robot_choice import of_others, robot_of
+    from colonysim.physics import STANDARD
     from colonysim.plugins import BUILT_IN, PHYSICS, engine_option, locate, make_policy
     from colonysim.scenario.loading import load_scenario, load_variants
 
@@ -73,21 +77,26 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
             loaded += [f"field {locate('fields', field)}" for field in fields]
         else:
             loaded.append(f"policy {policy}, whose parameters are not checked here")
+        robot = of_others(scenario)
+        model = robot_of(scenario) if robot is None else STANDARD
+        if robot is not None:
+            loaded.append(f"robot {robot}, whose numbers, and the room for it, are not checked here")
         if backend in PHYSICS:
             from colonysim.geometry.layout import lay_out
 
             engine_option(backend, scenario)
-            lay_out(scenario)
+            if robot is None:
+                lay_out(scenario)
         shown = printable(name, len(name))
         label = shown if one is None else f"{shown} (variant {one})"
         print_result(f"{label}: valid: {_outline(scenario)}")
         if loaded:
             print_result(f"{label}: a run imports {'; '.join(loaded)}")
-        for warning in _warnings(scenario):
+        for warning in _warnings(scenario, model):
             say(f"Warning: {label}: {warning}")
 
 
-def _warnings(scenario: Scenario) -> Iterator[str]:
+def _warnings(scenario: Scenario, robot: Robot) -> Iterator[str]:
     """What is allowed and rarely meant: edges that take longer than an episode waits for anything to happen."""
     from colonysim.geometry.scale import XY_SCALE
     from colonysim.push.driving import TRAVEL_SPEED
@@ -98,11 +107,12 @@ def _warnings(scenario: Scenario) -> Iterator[str]:
         return
     length = max(topology.lengths[i])
     j = topology.neighbours[i][topology.lengths[i].index(length)]
-    metres = length * float(scenario.physics.get("xy_scale") or XY_SCALE)
+    metres = length * float(scenario.physics.get("xy_scale") or XY_SCALE * robot.scale)
+    speed = TRAVEL_SPEED * robot.scale / robot.time_unit
     found = [
         (timing.travel_fixed + timing.travel * length, "to travel", (i, j)),
         *((seconds, "to travel", edge) for edge, seconds in timing.travels.items()),
-        (metres / TRAVEL_SPEED, f"to drive on a physics backend ({metres:g} m)", (i, j)),
+        (metres / speed, f"to drive on a physics backend ({metres:g} m)", (i, j)),
     ]
     if scenario.boxes:
         found.append((timing.push_fixed + timing.push * length, "to push a box over", (i, j)))

@@ -5,57 +5,64 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from colonysim.geometry.plan import Plan, Trouble, edge_path, node_path, steps
+from colonysim.geometry.fit import narrow_nodes
+from colonysim.geometry.plan import Plan, edge_path, node_path, steps
 from colonysim.geometry.ramps import steep
 from colonysim.geometry.rectangles import rectangles
 from colonysim.geometry.tiles import tiles
+from colonysim.geometry.trouble import Trouble
 from colonysim.geometry.troubles import broken, crowded_pits, misplaced_pit, narrow_margin
 from colonysim.geometry.ways import first_broken
 from colonysim.physics import Ground, Pit, Ramp, Terrain
+from colonysim.physics.pits import closest
+from colonysim.push.footing import BORDER_CLEARANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from colonysim.geometry.plan import Point
-    from colonysim.scenario.scenario import Scenario
-
 __all__ = ["check_given", "derived_terrain", "given_terrain"]
 
 _STEPS = 20
-"""An xy_scale is proposed in parts of 1 / 20."""
+"""An xy_scale is proposed in parts of 1 / 20 m."""
 _LARGEST = 4.0
 """No xy_scale is proposed that is more than so many times the present one."""
 
 
-def derived_terrain(plan: Plan) -> Terrain:
+def derived_terrain(plan: Plan, unit: float) -> Terrain:
     """Ground, pits and ramps for any graph whose levels are apart by more than `reach` or joined by slopes.
 
+    Args:
+        plan: The graph.
+        unit: Metres in a unit of the robot.
+
     Raises:
-        ScenarioError: Something has too little room.
+        Trouble: Something has too little room.
     """
     if trouble := steps(plan) or narrow_margin(plan):
-        raise plan.scenario.fault(trouble.path, trouble.message)
+        raise trouble
     found = _derived(plan)
     if isinstance(found, Terrain):
         return found
-    scale, now = _scale_that_does(plan), f"it is {plan.scale:g}"
+    scale, now = _scale_that_does(plan, unit), "it is {:g}"
     if plan.scenario.physics.get("xy_scale") is None:
         now += " by default"
-    if scale:
-        advice = f"physics.xy_scale: {scale:g} would do ({now})"
-    else:
-        advice = f"no physics.xy_scale up to {_LARGEST * plan.scale:.2f} would do ({now}): move nodes apart, or give"
-        advice += " physics.terrain"
+    lengths = [*found.lengths]
     expected = ""
     if found.needed > 0.0:
         # Often less than what is surely enough will do.
-        needed = min(found.needed, found.away * scale / plan.scale) if scale and found.away else found.needed
-        expected = f", expected at least {needed:.2f} m"
-    raise plan.scenario.fault(found.path, f"{found.message}{expected}; {advice}")
+        lengths.append(min(found.needed, found.away * scale / plan.scale) if scale and found.away else found.needed)
+        expected = ", expected at least {:.2f} m"
+    if scale:
+        advice = f"physics.xy_scale: {{:g}} would do ({now})"
+        lengths += scale, plan.scale
+    else:
+        advice = f"no physics.xy_scale up to {{:.2f}} would do ({now}): move nodes apart, or give physics.terrain"
+        lengths += _LARGEST * plan.scale, plan.scale
+    raise Trouble(found.path, f"{found.words}{expected}; {advice}", *lengths)
 
 
 def _derived(plan: Plan) -> Terrain | Trouble:
-    trouble = crowded_pits(plan) or steep(plan)
+    trouble = crowded_pits(plan) or steep(plan) or narrow_nodes(plan)
     if trouble:
         return trouble
     whole = rectangles(plan)
@@ -78,13 +85,13 @@ def _with_pits(plan: Plan, terrain: Terrain) -> Terrain:
     return replace(terrain, pits=plan.pits)
 
 
-def _scale_that_does(plan: Plan) -> float:
-    """An xy_scale, in steps of .05, at which ground can be derived, found by trying; 0 if there is none."""
+def _scale_that_does(plan: Plan, unit: float) -> float:
+    """An xy_scale, in steps of .05 m, at which ground can be derived, found by trying; 0 if there is none."""
 
     def does(steps: int) -> bool:
-        return isinstance(_derived(plan.at_scale(steps / _STEPS)), Terrain)
+        return isinstance(_derived(plan.at_scale(steps / _STEPS / unit)), Terrain)
 
-    low, most = int(plan.scale * _STEPS), int(_LARGEST * plan.scale * _STEPS) + 1
+    low, most = int(unit * plan.scale * _STEPS), int(_LARGEST * unit * plan.scale * _STEPS) + 1
     high = low + 1
     while not does(high):
         if high >= most:
@@ -93,39 +100,59 @@ def _scale_that_does(plan: Plan) -> float:
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if does(middle) else (middle, high)
-    return high / _STEPS
+    return high / _STEPS / unit
 
 
-def given_terrain(scenario: Scenario, given: Mapping[str, Any], pits: Sequence[Pit]) -> Terrain:
+def given_terrain(given: Mapping[str, Any], pits: Sequence[Pit]) -> Terrain:
     """The ground that stands in `physics.terrain`; its pits are the holes' own if it lists none.
 
     Raises:
-        ScenarioError: A pit has no ground around it, or too little.
+        Trouble: A pit has no ground around it, or too little.
     """
+    grounds = tuple(Ground(**ground) for ground in given["grounds"])
+    cut = tuple(Pit(**pit) for pit in given["pits"]) if given.get("pits") else tuple(pits)
+    ramps = tuple(Ramp(**ramp) for ramp in given.get("ramps") or ())
+    for pit in cut:
+        if not _is_sound(grounds, (pit,)):
+            words = "no ground at the rim's height, {:.2f} m, round the pit at {:.2f}, {:.2f} m"
+            raise Trouble("physics.terrain", words, pit.rim, pit.x, pit.y)
+        if not _is_sound(grounds, (pit,), ramps):
+            raise Trouble(
+                "physics.terrain", "a ramp or its landing lies over the pit at {:.2f}, {:.2f} m", pit.x, pit.y
+            )
+    if crowded := closest(cut):
+        one, other = (cut[n] for n in crowded)
+        words = "the pits at {:.2f}, {:.2f} m and at {:.2f}, {:.2f} m leave too little ground between them"
+        raise Trouble("physics.terrain", words, one.x, one.y, other.x, other.y)
+    return Terrain(grounds, cut, ramps)
+
+
+def _is_sound(grounds: tuple[Ground, ...], pits: tuple[Pit, ...], ramps: tuple[Ramp, ...] = ()) -> bool:
     try:
-        return Terrain(
-            tuple(Ground(**ground) for ground in given["grounds"]),
-            tuple(Pit(**pit) for pit in given["pits"]) if given.get("pits") else tuple(pits),
-            tuple(Ramp(**ramp) for ramp in given.get("ramps") or ()),
-        )
-    except ValueError as error:
-        raise scenario.fault("physics.terrain", str(error)) from None
+        Terrain(grounds, pits, ramps)
+    except ValueError:
+        return False
+    return True
 
 
-def check_given(scenario: Scenario, places: Sequence[Point], heights: Sequence[float], terrain: Terrain) -> None:
-    """Refuses given ground with a gap or a step where robots have to drive.
+def check_given(plan: Plan, terrain: Terrain) -> None:
+    """Refuses given ground with a gap or a step where robots have to drive, and nodes that have too little room on it.
 
     Raises:
-        ScenarioError: There is one at a node or between two.
+        Trouble: There is one at a node or between two.
     """
-    where = first_broken(scenario, places, heights, terrain)
+    scenario = plan.scenario
+    where = first_broken(scenario, plan.places, plan.heights, terrain)
     if where is None:
+        if found := narrow_nodes(plan):
+            words = f"{found.words}, expected at least {{:.2f}} m; see physics.xy_scale"
+            raise Trouble(found.path, words, *found.lengths, found.needed)
         return
     ids = [scenario.topology.ids[node] for node in where]
     if len(where) == 1:
-        (x, y), path = places[where[0]], node_path(scenario, where[0])
-        what = f"at node {ids[0]} ({x:.2f}, {y:.2f} m) the ground ends or has a step within .4 m"
-    else:
-        path = edge_path(scenario, *where)
-        what = f"the ground between {ids[0]} and {ids[1]} has a gap or a step"
-    raise scenario.fault(path, f"{what}; change physics.terrain")
+        raise Trouble(
+            node_path(scenario, where[0]), f"at node {ids[0]} ({{:.2f}}, {{:.2f}} m) the ground ends or has a step"
+            " within {:g} m; change physics.terrain", *plan.places[where[0]], BORDER_CLEARANCE,
+        )  # fmt: skip
+    what = f"the ground between {ids[0]} and {ids[1]} has a gap or a step"
+    raise Trouble(edge_path(scenario, *where), f"{what}; change physics.terrain")

@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from colonysim.errors import ScenarioError
 from colonysim.geometry.fit import check_fit
 from colonysim.geometry.grounds import check_given, derived_terrain, given_terrain
 from colonysim.geometry.pits import heading, pits_for, pits_given, ways_to_holes
 from colonysim.geometry.plan import Plan
-from colonysim.geometry.robots import robot_of
+from colonysim.geometry.robot_choice import robot_of
 from colonysim.geometry.scale import (
     BOX_HEIGHT,
     BOX_LENGTH,
@@ -21,6 +20,7 @@ from colonysim.geometry.scale import (
     XY_SCALE,
     check_size,
 )
+from colonysim.geometry.trouble import Trouble
 from colonysim.geometry.units import in_units
 from colonysim.physics import BoxSpec, Robot, RobotSpec, Terrain
 
@@ -72,14 +72,9 @@ def lay_out(scenario: Scenario) -> Layout:
     """
     robot = robot_of(scenario)
     try:
-        layout = _laid_out(scenario, robot)
-    except ScenarioError as error:
-        if robot.scale == 1.0:
-            raise
-        # What is told there counts in units of the robot.
-        raise ScenarioError(f"{error} (all lengths times {robot.scale:g}, the scale of the robot)") from None
-    check_fit(scenario, layout)
-    return layout
+        return _laid_out(scenario, robot)
+    except Trouble as trouble:
+        raise trouble.fault(scenario, robot.scale) from None
 
 
 def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
@@ -99,33 +94,36 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
     pits, pit_at = pits_for(scenario, physics, places, heights, box_heights, ways, length, z_scale)
     given = physics.get("terrain")
     if given:
-        terrain = given_terrain(scenario, given, pits)
+        terrain = given_terrain(given, pits)
         if given.get("pits"):
             pit_at = pits_given(scenario, places, terrain)
-        heights = _heights_on(scenario, places, terrain, pit_at)
+        pits, heights = list(terrain.pits), _heights_on(scenario, places, terrain, pit_at)
+    boxes = tuple(
+        BoxSpec(
+            *places[box.node], heights[box.node], heading(places, *ways.first.get(box.node, (box.node, -1))),
+            length, high, float(physics.get("box_mass") or 12.0), float(physics.get("box_friction") or 0.5),
+        )
+        for box, high in zip(scenario.boxes, box_heights, strict=True)
+    )  # fmt: skip
+    margin, half_width = physics.get("margin"), float(physics.get("ramp_half_width") or RAMP_HALF_WIDTH)
+    plan = Plan(
+        scenario, scale, z_scale, tuple(heights), tuple(pits), pit_at, boxes,
+        MARGIN if margin is None else float(margin), half_width,
+    )  # fmt: skip
+    check_fit(plan, robot)
+    if given:
         _check_work(scenario, scale, len(terrain.grounds), len(terrain.ramps))
-        check_given(scenario, places, heights, terrain)
+        check_given(plan, terrain)
     else:
-        margin, half_width = physics.get("margin"), float(physics.get("ramp_half_width") or RAMP_HALF_WIDTH)
-        plan = Plan(
-            scenario, scale, tuple(heights), tuple(pits), pit_at,
-            MARGIN if margin is None else float(margin), half_width,
-        )  # fmt: skip
         _check_work(scenario, scale, len(plan.levels), len(plan.slopes))
-        terrain = derived_terrain(plan)
+        terrain = derived_terrain(plan, robot.scale)
     return Layout(
         robot,
         terrain,
         places,
         tuple(heights),
         pit_at,
-        tuple(
-            BoxSpec(
-                *places[box.node], heights[box.node], heading(places, *ways.first.get(box.node, (box.node, -1))),
-                length, high, float(physics.get("box_mass") or 12.0), float(physics.get("box_friction") or 0.5),
-            )
-            for box, high in zip(scenario.boxes, box_heights, strict=True)
-        ),
+        boxes,
         tuple(
             RobotSpec(
                 *places[node], heights[node],
@@ -141,9 +139,9 @@ def _check_work(scenario: Scenario, scale: float, levels: int, ramps: int) -> No
     """Every tenth of a metre of the edges is looked at on every level and ramp."""
     total = scale * scenario.topology.mean_length * scenario.topology.edge_count
     if total * (levels + ramps) > MOST_WAYS:
-        raise scenario.fault(
-            "physics", f"{total:.0f} m of edges over {levels} levels and {ramps} ramps are"
-            f" too much to build, expected at most {MOST_WAYS:.0f} m over one level",
+        raise Trouble(
+            "physics", f"{{:.0f}} m of edges over {levels} levels and {ramps} ramps are"
+            " too much to build, expected at most {:.0f} m over one level", total, MOST_WAYS,
         )  # fmt: skip
 
 
@@ -156,6 +154,6 @@ def _heights_on(
         height = terrain.pits[pit_at[node]].rim if node in pit_at else terrain.height(x, y)
         if not math.isfinite(height):
             name = scenario.topology.ids[node]
-            raise scenario.fault("physics.terrain", f"no ground under node {name} ({x:.2f}, {y:.2f} m)")
+            raise Trouble("physics.terrain", f"no ground under node {name} ({{:.2f}}, {{:.2f}} m)", x, y)
         heights.append(height)
     return heights

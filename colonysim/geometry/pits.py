@@ -7,7 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from colonysim.geometry.scale import BOX_HEIGHT, CLEARANCE
+from colonysim.geometry.scale import BOX_HEIGHT, PIT_PLAY
+from colonysim.geometry.trouble import Trouble
 from colonysim.physics import Pit
 
 if TYPE_CHECKING:
@@ -84,11 +85,13 @@ def pits_for(
         The pits, and for each hole's node the index of its pit.
 
     Raises:
-        ScenarioError: A pit is no wider than a box.
+        Trouble: A pit is no wider than a box.
     """
-    side = float(physics.get("pit_side") or length + CLEARANCE)
+    side = float(physics.get("pit_side") or length + PIT_PLAY)
     if side <= length:
-        raise scenario.fault("physics.pit_side", f"a pit of {side} m takes no box of {length} m")
+        needed = math.hypot(length, max(box_heights, default=0.0))
+        words = "a pit of {:g} m takes no box of {:g} m, expected at least {:.4g} m"
+        raise Trouble("physics.pit_side", words, side, length, needed)
     unit = min(box_heights, default=BOX_HEIGHT)
     pits: list[Pit] = []
     pit_at: dict[int, int] = {}
@@ -107,7 +110,7 @@ def pits_given(scenario: Scenario, places: Sequence[tuple[float, float]], terrai
     """For each hole's node the given pit around it.
 
     Raises:
-        ScenarioError: There is none around one of them.
+        Trouble: There is none around one of them.
     """
     pit_at: dict[int, int] = {}
     for hole in scenario.holes:
@@ -115,6 +118,6 @@ def pits_given(scenario: Scenario, places: Sequence[tuple[float, float]], terrai
         around = [i for i, pit in enumerate(terrain.pits) if pit.contains(x, y)]
         if not around:
             name = scenario.topology.ids[hole.node]
-            raise scenario.fault("physics.terrain.pits", f"no pit at the hole {name} ({x:.2f}, {y:.2f} m)")
+            raise Trouble("physics.terrain.pits", f"no pit at the hole {name} ({{:.2f}}, {{:.2f}} m)", x, y)
         pit_at[hole.node] = around[0]
     return pit_at

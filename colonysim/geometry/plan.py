@@ -1,4 +1,4 @@
-"""What ground is derived from: the graph in metres at one scale, its levels, and where in the file each part stands."""
+"""What ground is derived from: the graph at one scale, its levels, and where in the file each part stands."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from colonysim.geometry.trouble import Trouble
 
-    from colonysim.physics import Pit
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from colonysim.physics import BoxSpec, Pit
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["SAME_LEVEL", "Plan", "Point", "Trouble", "edge_path", "node_path", "steps"]
+__all__ = ["SAME_LEVEL", "Plan", "Point", "edge_path", "node_path", "steps"]
 
 SAME_LEVEL = 0.02
 """Nodes whose heights differ by less lie on one level, metres."""
@@ -20,42 +22,29 @@ SAME_LEVEL = 0.02
 Point = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Trouble:
-    """Why ground cannot be derived.
-
-    Attributes:
-        path: The field it is about, such as "edges.3".
-        message: What is wrong, and what was expected unless that is a distance.
-        away: How far apart two things are, metres; 0 if it is not about that.
-        needed: A distance that would be enough, metres.
-    """
-
-    path: str
-    message: str
-    away: float = 0.0
-    needed: float = 0.0
-
-
 @dataclass(frozen=True)
 class Plan:
-    """The graph in metres.
+    """The graph in units of the robot.
 
     Attributes:
         scenario: Whose graph it is.
-        scale: Metres in a graph unit.
+        scale: How long a graph unit is in the plane.
+        z_scale: How high one is.
         heights: Height of each node's ground, of a hole its rim.
         pits: The pits at this scale.
         pit_at: For each hole's node the index of its pit.
+        boxes: The boxes where they start, at this scale.
         margin: How far ground reaches beyond the outermost nodes of a level.
         half_width: Half the width of a ramp that has room.
     """
 
     scenario: Scenario
     scale: float
+    z_scale: float
     heights: tuple[float, ...]
     pits: tuple[Pit, ...]
-    pit_at: dict[int, int]
+    pit_at: Mapping[int, int]
+    boxes: tuple[BoxSpec, ...]
     margin: float
     half_width: float
 
@@ -63,7 +52,8 @@ class Plan:
         """The same with other distances in the plane."""
         share = scale / self.scale
         pits = tuple(replace(pit, x=share * pit.x, y=share * pit.y) for pit in self.pits)
-        return replace(self, scale=scale, pits=pits)
+        boxes = tuple(replace(box, x=share * box.x, y=share * box.y) for box in self.boxes)
+        return replace(self, scale=scale, pits=pits, boxes=boxes)
 
     @cached_property
     def places(self) -> tuple[Point, ...]:
@@ -123,8 +113,10 @@ def steps(plan: Plan) -> Trouble | None:
                 return Trouble(
                     edge_path(scenario, i, j),
                     f"nodes {plan.named(i)} and {plan.named(j)} count as level (reach {scenario.reach:g}), and the step"
-                    f" between them is {abs(plan.heights[i] - plan.heights[j]):.2f} m high, expected less than"
-                    f" {SAME_LEVEL:g} m for wheels: {sloped}give both nodes one height, or lower reach",
+                    " between them is {:.2f} m high, expected less than {:g} m for wheels:"
+                    f" {sloped}give both nodes one height, or lower reach",
+                    abs(plan.heights[i] - plan.heights[j]),
+                    SAME_LEVEL,
                 )
     return None
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.plan import Trouble, edge_path
+from colonysim.geometry.plan import edge_path
+from colonysim.geometry.scale import BOX_HEIGHT
+from colonysim.geometry.trouble import Trouble
 from colonysim.physics import Ramp
 from colonysim.physics.pits import WALL
 
@@ -37,12 +39,11 @@ def steep(plan: Plan) -> Trouble | None:
         length = math.dist(plan.places[i], plan.places[j])
         rise = plan.heights[j] - plan.heights[i]
         if rise > STEEPEST * length:
-            return Trouble(
-                edge_path(plan.scenario, i, j),
-                f"slope {plan.named(i, j)} rises {rise:.2f} m over {length:.2f} m",
-                length,
-                rise / STEEPEST,
-            )
+            words, lengths = f"slope {plan.named(i, j)} rises {{:.2f}} m over {{:.2f}} m", [rise, length]
+            if plan.scenario.boxes and plan.scenario.physics.get("z_scale") is None:
+                words += " (physics.z_scale is {:.4g} by default, which makes the lowest box {:g} m high)"
+                lengths += plan.z_scale, BOX_HEIGHT
+            return Trouble(edge_path(plan.scenario, i, j), words, *lengths, away=length, needed=rise / STEEPEST)
     return None
 
 

@@ -5,21 +5,23 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from colonysim.geometry.trouble import Trouble
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from colonysim.scenario.scenario import Scenario
 
 __all__ = [
-    "BOX_HEIGHT", "BOX_LENGTH", "CLEARANCE", "DEEPEST_PIT", "FARTHEST", "HIGHEST_BOX", "LONGEST_EDGE", "LOWEST_BOX",
-    "MARGIN", "MOST_BODIES", "MOST_LEVELS", "MOST_NODES", "MOST_WAYS", "RAMP_HALF_WIDTH", "XY_SCALE", "check_size",
+    "BOX_HEIGHT", "BOX_LENGTH", "DEEPEST_PIT", "FARTHEST", "HIGHEST_BOX", "LONGEST_EDGE", "LOWEST_BOX", "MARGIN",
+    "MOST_BODIES", "MOST_LEVELS", "MOST_NODES", "MOST_WAYS", "PIT_PLAY", "RAMP_HALF_WIDTH", "XY_SCALE", "check_size",
 ]  # fmt: skip
 
 XY_SCALE = 1.6
 BOX_HEIGHT = 0.25
 """Without a z_scale the lowest box of a scenario becomes this high, metres."""
 BOX_LENGTH = 1.0
-CLEARANCE = 0.2
+PIT_PLAY = 0.2
 """A pit is this much wider than a box, metres."""
 MARGIN = 1.75
 RAMP_HALF_WIDTH = 2.2
@@ -44,30 +46,35 @@ def check_size(
     """Whether an engine can build the place, and robots get anywhere in it, in a reasonable time.
 
     Raises:
-        ScenarioError: Something is too large, too far or too many.
+        Trouble: Something is too large, too far or too many.
     """
-    topology, fault = scenario.topology, scenario.fault
+    topology = scenario.topology
     if len(topology) > MOST_NODES:
-        raise fault("physics", f"{len(topology)} nodes, expected at most {MOST_NODES} on a physics backend")
+        raise Trouble("physics", f"{len(topology)} nodes, expected at most {MOST_NODES} on a physics backend")
     bodies = len(scenario.agents) + len(scenario.boxes)
     if bodies > MOST_BODIES:
-        raise fault("physics", f"{bodies} robots and boxes, expected at most {MOST_BODIES} on a physics backend")
+        raise Trouble("physics", f"{bodies} robots and boxes, expected at most {MOST_BODIES} on a physics backend")
     if len({round(height, 2) for height in heights}) > MOST_LEVELS:
-        raise fault("physics", f"more than {MOST_LEVELS} levels, expected fewer on a physics backend")
+        raise Trouble("physics", f"more than {MOST_LEVELS} levels, expected fewer on a physics backend")
     for node, (place, height) in enumerate(zip(places, heights, strict=True)):
         far = max(map(abs, (*place, height)))
         if far > FARTHEST:
             name = topology.ids[node]
-            raise fault("physics", f"node {name} lies {far:g} m off, expected at most {FARTHEST:g} m; see xy_scale")
+            raise Trouble(
+                "physics", f"node {name} lies {{:g}} m off, expected at most {{:g}} m; see xy_scale", far, FARTHEST
+            )
         for j in topology.neighbours[node]:
             if (length := math.dist(place, places[j])) > LONGEST_EDGE:
                 names = f"{topology.ids[node]}-{topology.ids[j]}"
-                raise fault("physics", f"edge {names} is {length:g} m long, expected at most {LONGEST_EDGE:g} m")
+                words = f"edge {names} is {{:g}} m long, expected at most {{:g}} m; see xy_scale"
+                raise Trouble("physics", words, length, LONGEST_EDGE)
     for box, height in enumerate(box_heights):
         if not LOWEST_BOX <= height <= HIGHEST_BOX:
-            expected = f"{LOWEST_BOX:g} to {HIGHEST_BOX:g} m; see z_scale"
-            raise fault(f"boxes.{box}", f"the box is {height:g} m high, expected {expected}")
+            raise Trouble(
+                f"boxes.{box}", "the box is {:g} m high, expected {:g} to {:g} m; see z_scale and box_height",
+                height, LOWEST_BOX, HIGHEST_BOX,
+            )  # fmt: skip
     for hole in scenario.holes:
         if hole.depth * z_scale > DEEPEST_PIT:
-            name = topology.ids[hole.node]
-            raise fault("physics", f"hole {name} is {hole.depth * z_scale:g} m deep, expected at most {DEEPEST_PIT:g}")
+            words = f"hole {topology.ids[hole.node]} is {{:g}} m deep, expected at most {{:g}} m; see z_scale"
+            raise Trouble("physics", words, hole.depth * z_scale, DEEPEST_PIT)

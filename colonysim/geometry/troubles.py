@@ -6,9 +6,10 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.plan import Trouble, edge_path, node_path
+from colonysim.geometry.plan import edge_path, node_path
 from colonysim.geometry.ramps import LEAST_HALF_WIDTH, PAST, ROOM
 from colonysim.geometry.tiles import CELL_CENTRE
+from colonysim.geometry.trouble import Trouble
 from colonysim.physics.pits import closest
 
 if TYPE_CHECKING:
@@ -39,8 +40,8 @@ def crowded_pits(plan: Plan) -> Trouble | None:
     one, other = (plan.pits[n] for n in found)
     while share < _FURTHEST and closest([replace(pit, x=share * pit.x, y=share * pit.y) for pit in (one, other)]):
         share *= 1.001
-    told = f"holes {plan.named(i)} and {plan.named(j)} are {away:.2f} m apart, with pits {one.side:.2f} m wide"
-    return Trouble(f"holes.{found[1]}", told, away, share * away)
+    words = f"holes {plan.named(i)} and {plan.named(j)} are {{:.2f}} m apart, with pits {{:.2f}} m wide"
+    return Trouble(f"holes.{found[1]}", words, away, one.side, away=away, needed=share * away)
 
 
 def narrow_margin(plan: Plan) -> Trouble | None:
@@ -49,9 +50,9 @@ def narrow_margin(plan: Plan) -> Trouble | None:
         return None
     return Trouble(
         "physics.margin",
-        f"{plan.margin:g} m of ground beyond the outermost nodes, expected at least {LEAST_MARGIN:g} m for a robot to"
-        " turn there",
-    )
+        "{:g} m of ground beyond the outermost nodes, expected at least {:g} m for a robot to turn there",
+        plan.margin, LEAST_MARGIN,
+    )  # fmt: skip
 
 
 def broken(plan: Plan, where: tuple[int, ...]) -> Trouble:
@@ -60,15 +61,17 @@ def broken(plan: Plan, where: tuple[int, ...]) -> Trouble:
     path = node_path(plan.scenario, where[0]) if len(where) == 1 else edge_path(plan.scenario, *where)
     if trouble := _too_near(plan, own, path):
         return trouble
-    why = _turning_off(plan, own) or f"{_told(plan, own)} has a gap or a step beside it where robots need level ground"
-    return Trouble(path, why)
+    if trouble := _turning_off(plan, own, path):
+        return trouble
+    what, heights = _told(plan, own)
+    return Trouble(path, f"{what} has a gap or a step beside it where robots need level ground", *heights)
 
 
 def misplaced_pit(plan: Plan, n: int) -> Trouble:
     """What is in the way of a hole's pit, by the hole's position in the file."""
     node, path = next(node for node, index in plan.pit_at.items() if index == n), f"holes.{n}"
-    why = f"the pit of hole {plan.named(node)}, {plan.pits[n].side:.2f} m wide, has no level ground round it"
-    return _too_near(plan, (node, node), path) or Trouble(path, why)
+    words = f"the pit of hole {plan.named(node)}, {{:.2f}} m wide, has no level ground round it"
+    return _too_near(plan, (node, node), path) or Trouble(path, words, plan.pits[n].side)
 
 
 def _too_near(plan: Plan, own: Way, path: str) -> Trouble | None:
@@ -78,13 +81,14 @@ def _too_near(plan: Plan, own: Way, path: str) -> Trouble | None:
         needed, away = _half_width(plan, own) + _half_width(plan, other), _apart(plan, own, other)
         if needed - away > lacking:
             lacking = needed - away
-            told = f"{_told(plan, own)} and {_told(plan, other)} are {away:.2f} m apart in the plane"
-            found = Trouble(path, told, away, needed)
+            (one, low), (two, high) = _told(plan, own), _told(plan, other)
+            words = f"{one} and {two} are {{:.2f}} m apart in the plane"
+            found = Trouble(path, words, *low, *high, away, away=away, needed=needed)
     return found
 
 
-def _turning_off(plan: Plan, own: Way) -> str:
-    """A slope past whose end an edge leads, and runs into the side of its ramp, in words; empty if there is none."""
+def _turning_off(plan: Plan, own: Way, path: str) -> Trouble | None:
+    """A slope past whose end an edge leads, and runs into the side of its ramp; None if there is none."""
     for slope in plan.slopes:
         shared = set(slope) & set(own)
         if len(shared) != 1 or own[0] == own[1]:
@@ -94,11 +98,12 @@ def _turning_off(plan: Plan, own: Way) -> str:
         (x, y), (x0, y0), (x1, y1) = (plan.places[node] for node in (end, ahead, aside))
         turn = abs(math.remainder(math.atan2(y1 - y, x1 - x) - math.atan2(y0 - y, x0 - x), 2.0 * math.pi))
         if turn < PAST:
-            return (
-                f"{_told(plan, own)} turns off {_told(plan, slope)} by {math.degrees(turn):.0f} degrees at node"
-                f" {plan.named(end)}, too close to the side of its ramp: expected a wider turn or a longer slope"
-            )
-    return ""
+            (edge, low), (ramp, high) = _told(plan, own), _told(plan, slope)
+            return Trouble(
+                path, f"{edge} turns off {ramp} by {math.degrees(turn):.0f} degrees at node {plan.named(end)}, too"
+                " close to the side of its ramp: expected a wider turn or a longer slope", *low, *high,
+            )  # fmt: skip
+    return None
 
 
 def _others(plan: Plan, own: Way) -> Iterator[Way]:
@@ -123,13 +128,14 @@ def _half_width(plan: Plan, way: Way) -> float:
     return ROOM if plan.level_of[way[0]] == plan.level_of[way[1]] else LEAST_HALF_WIDTH
 
 
-def _told(plan: Plan, way: Way) -> str:
+def _told(plan: Plan, way: Way) -> tuple[str, list[float]]:
+    """What a way is called, and the heights that stand in it, as a trouble's words and lengths."""
     i, j = way
     if i == j:
-        return f"{'hole' if i in plan.pit_at else 'node'} {plan.named(i)} ({plan.heights[i]:.2f} m high)"
+        return f"{'hole' if i in plan.pit_at else 'node'} {plan.named(i)} ({{:.2f}} m high)", [plan.heights[i]]
     if plan.level_of[i] == plan.level_of[j]:
-        return f"edge {plan.named(i, j)} ({plan.heights[i]:.2f} m high)"
-    return f"slope {plan.named(i, j)} ({plan.heights[i]:.2f} to {plan.heights[j]:.2f} m high)"
+        return f"edge {plan.named(i, j)} ({{:.2f}} m high)", [plan.heights[i]]
+    return f"slope {plan.named(i, j)} ({{:.2f}} to {{:.2f}} m high)", [plan.heights[i], plan.heights[j]]
 
 
 def _apart(plan: Plan, one: Way, other: Way) -> float:

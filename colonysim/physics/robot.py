@@ -119,9 +119,14 @@ class Robot:
             if field.name == "scale":
                 continue
             low, high = (bound * self.scale ** _POWERS[field.name] for bound in LIMITS[field.name])
+            if field.name == "wheel_speed":
+                # What the controls ask for is a speed over the ground, which smaller wheels reach by turning faster.
+                high *= max(1.0, STANDARD.wheel_radius * self.scale / self.wheel_radius)
             if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
                 size = "" if self.scale == 1.0 else f" at scale {self.scale:g}"
-                expected = f"{low:.4g} to {high:.4g}{size}, which the controls handle"
+                expected = f"{low:.4g} to {high:.4g}{size}, with which the controls work"
+                if field.name == "wheel_speed" and value > high:
+                    expected += "; they ask for no more, so faster motors would change nothing"
                 return field.name, f"got {value:g}, expected {expected}"
         most = self.length - 2 * (self.wheel_radius + _BEHIND * self.scale)
         if self.wheelbase > most * (1 + _ROUNDING):
@@ -147,16 +152,18 @@ _POWERS = {
 }  # fmt: skip
 """With which power of its size each number of a robot grows, so that it moves alike."""
 
+STANDARD = Robot()
+"""The robot that everything was tuned on, of the size of a Summit-XL."""
 LIMITS = {
     "length": (0.5, 0.8), "width": (0.45, 0.7), "clearance": (0.01, 0.1), "height": (0.2, 0.5),
     "wheel_radius": (0.06, 0.15), "track": (0.3, 0.6), "wheelbase": (0.2, 0.5), "chassis_mass": (8.0, 200.0),
-    "wheel_mass": (0.5, 8.0), "wheel_speed": (3.0, 100.0), "grip": (0.4, 1.2), "bumper_friction": (0.3, 2.0),
+    "wheel_mass": (0.5, 8.0), "wheel_speed": (3.0, STANDARD.wheel_speed), "grip": (0.4, 1.2),
+    "bumper_friction": (0.3, 2.0),
 }  # fmt: skip
 """Least and most of each number, at scale 1, with which single pushes were found to succeed as they do with the
 standard robot, one number changed at a time. Slower wheels are slower than the controls push; with less grip robots of
-a colony get stuck as they turn."""
+a colony get stuck as they turn. Faster motors change nothing: the controls ask for no more than the standard robot's
+reach; smaller wheels may turn as much faster as they are smaller."""
 
-STANDARD = Robot()
-"""The robot that everything was tuned on, of the size of a Summit-XL."""
 HALF = STANDARD.scaled(0.5)
 """A robot of half its size that moves alike: an eighth of the mass, wheels that turn up to 11.3 rad/s."""

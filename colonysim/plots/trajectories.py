@@ -85,7 +85,7 @@ def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | N
         return None
     import pyarrow.compute as pc
 
-    from colonysim.geometry.robots import robot_of
+    from colonysim.geometry.robot_choice import robot_of
     from colonysim.geometry.scale import XY_SCALE
 
     # Bodies are in metres: the graph's coordinates times the scale that the scenario gives, or the robot's size.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError
-from colonysim.geometry.robots import with_robot
+from colonysim.geometry.robot_choice import with_robot
 from colonysim.pheromones.field import Write
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView

@@ -17,7 +17,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, Valid
 from colonysim import __version__
 from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
-from colonysim.geometry.robots import with_robot
+from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import BUILT_IN, called, load, locate, make_policy
 from colonysim.provenance import TAG, parts_of, unknown_in
 from colonysim.scenario.contradictions import refuse_set_twice

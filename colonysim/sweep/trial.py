@@ -6,7 +6,7 @@ import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from colonysim.geometry.robots import with_robot
+from colonysim.geometry.robot_choice import with_robot
 from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario

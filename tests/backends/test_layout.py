@@ -292,7 +292,8 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
                 slopes=[[0, 1]],
             ),
             "slopes.0",
-            "slope 1-0 rises 0.86 m over 1.92 m, expected at least 2.86 m; physics.xy_scale: 2.4 would do",
+            "slope 1-0 rises 0.86 m over 1.92 m (physics.z_scale is 0.7143 by default, which makes the lowest box 0.25"
+            " m high), expected at least 2.86 m; physics.xy_scale: 2.4 would do",
         ),
         (
             lambda: place(LANE, physics={"margin": 0.2}),

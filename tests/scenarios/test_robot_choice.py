@@ -1,5 +1,7 @@
 """Which robot a scenario asks for, what is said of one that does not fit, and that opening a run imports nothing."""
 
+# ruff: noqa: E501 - tables
+
 import json
 import subprocess
 import sys
@@ -12,7 +14,7 @@ from colonysim import plugins
 from colonysim.errors import PluginError, ScenarioError
 from colonysim.geometry.drawing import draw
 from colonysim.geometry.layout import lay_out
-from colonysim.geometry.robots import robot_of, with_robot
+from colonysim.geometry.robot_choice import robot_of, with_robot
 from colonysim.physics import HALF, STANDARD
 from colonysim.scenario.loading import load_scenario, scenario_from_document
 
@@ -47,8 +49,8 @@ def test_the_standard_robot_unless_another_is_asked_for():
     assert robot_of(lane("half")) == HALF
     assert robot_of(lane({"preset": "half"})) == HALF
     assert robot_of(lane({"scale": 0.5})) == HALF
-    quick = robot_of(lane({"preset": "half", "wheel_speed": 14.0}))
-    assert (quick.wheel_speed, quick.length) == (14.0, HALF.length)
+    slow = robot_of(lane({"preset": "half", "wheel_speed": 7.0}))
+    assert (slow.wheel_speed, slow.length) == (7.0, HALF.length)
 
 
 def test_what_is_left_open_has_the_size_of_the_robot():
@@ -69,6 +71,9 @@ def test_what_is_left_open_has_the_size_of_the_robot():
         ({"preset": "halv"}, "physics.robot.preset: no robot 'halv'; did you mean 'half'?"),
         ({"wheel_sped": 6.0}, "physics.robot.wheel_sped: unknown field; did you mean 'wheel_speed'?"),
         ({"wheel_speed": 1.0}, "physics.robot.wheel_speed: got 1, expected"),
+        ({"wheel_speed": 20.0}, "physics.robot.wheel_speed: got 20, expected 3 to 8, with which the controls work; they ask for no more, so"),
+        ({"wheel_speed": 17.0, "wheel_radius": 0.06}, "physics.robot.wheel_speed: got 17, expected 3 to 16, with"),
+        ({"preset": "half", "wheel_speed": 12.0}, "physics.robot.wheel_speed: got 12, expected 4.243 to 11.31 at scale 0.5, with"),
         ({"scale": 0.5, "chassis_mass": 100.0}, "physics.robot.chassis_mass: got 100, expected"),
         ({"scale": 20.0}, "physics.robot.scale: got 20, expected 0.2 to 4"),
         ({"track": "wide"}, "physics.robot.track: got 'wide', expected a number"),
@@ -81,6 +86,12 @@ def test_a_robot_that_is_none_is_told_by_its_field(robot, message):
     with pytest.raises(ScenarioError) as error:
         lay_out(lane(robot))
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize(("robot", "field"), [({"length": 3.0}, "robot.length: got 3"), ("haf", "robot: no robot 'haf'")])
+def test_a_robot_that_is_none_is_refused_on_the_node_world_too(robot, field):
+    with pytest.raises(ScenarioError, match=f"physics.{field}"):
+        list(colonysim.simulate(lane(robot), episodes=1))
 
 
 def test_the_line_of_the_field_is_told(tmp_path):
@@ -97,11 +108,22 @@ def test_the_line_of_the_field_is_told(tmp_path):
         ({"physics": {"box_length": 0.3}}, "physics.box_length: the box at node 1 is 0.3 m wide, expected"),
         ({"physics": {"box_mass": 80.0}}, "physics.box_mass: the box at node 1 takes 314 N to push, expected"),
         ({"robot": {"chassis_mass": 8.0, "grip": 0.4}}, "the box at node 1 takes 47.1 N to push"),
-        ({"physics": {"xy_scale": 0.9}}, "physics: node 2 lies 0.3 m from the pit of hole 3, expected at least 0.4 m"),
+        ({"physics": {"xy_scale": 1.2, "pit_side": 1.8}},
+         "topology: node 2 lies 0.30 m from the pit of hole 3, too close for a robot, expected at least 0.40 m;"
+         " physics.xy_scale: 1.4 would do (it is 1.2)"),
         ({"physics": {"xy_scale": 0.9}, "agents": [0, 1], "boxes": [[2, 1.0]]},
-         "physics: nodes 0 and 1 are 0.9 m apart, expected at least 0.94 m"),
+         "topology: nodes 0 and 1 are 0.90 m apart, too close for two of the robots, expected at least 0.94 m;"
+         " physics.xy_scale: 1.05 would do (it is 0.9)"),
+        ({"physics": {"xy_scale": 0.9}},
+         "topology: node 0 lies 0.40 m from the box at node 1, too close for a robot that gets there or takes hold of it,"
+         " expected at least 0.51 m; physics.xy_scale: 1.1 would do (it is 0.9)"),
+        ({"physics": {"xy_scale": 1.05}, "boxes": [[0, 1.0]], "agents": [1]},
+         "topology: the nodes beside hole 3 lie at most 0.45 m from its pit, too close for a box that is pushed there first,"
+         " expected at least 0.50 m; physics.xy_scale: 1.1 would do (it is 1.05)"),
         ({"robot": "half", "physics": {"box_length": 1.0}}, "the box at node 1 is 1 m wide, expected 0."),
-        ({"robot": "half", "physics": {"xy_scale": 0.45}}, "node 2 lies 0.15 m from the pit of hole 3, expected"),
+        ({"robot": "half", "physics": {"xy_scale": 0.6, "pit_side": 0.9}},
+         "node 2 lies 0.15 m from the pit of hole 3, too close for a robot, expected at least 0.20 m;"
+         " physics.xy_scale: 0.7 would do (it is 0.6)"),
     ],
 )  # fmt: skip
 def test_a_place_that_is_too_narrow_names_its_nodes(changes, message):
@@ -139,3 +161,59 @@ def test_whoever_opens_a_run_imports_nothing(planted, tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", program, run.path], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["7.0", "False"]
+
+
+STEEP = {
+    "topology": None, "nodes": [[0, 0, 0], [1, 1, 0], [2, 2, 0, 3.0], [3, 3, 0, 3.0]], "edges": [[0, 1], [1, 2], [2, 3]],
+    "slopes": [[1, 2]], "holes": [], "boxes": [[1, 1.0]], "goal": 3,
+}  # fmt: skip
+FLOOR = {"grounds": [{"xmin": -2.0, "ymin": -2.0, "xmax": 3.0, "ymax": 2.0, "z": 0.0}]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({**STEEP, "physics": {"xy_scale": 0.8}},
+         "slopes.0: slope 1-2 rises 0.38 m over 0.80 m (physics.z_scale is 0.125 by default, which makes the lowest box 0.125 m high), expected at least 1.25 m; physics.xy_scale: 1.25 would do (it is 0.8)"),
+        ({"physics": {"pit_side": 0.5}}, "physics.pit_side: a pit of 0.5 m takes no box of 0.5 m, expected at least 0.5154 m"),
+        ({"physics": {"box_height": 8.0}}, "boxes.0: the box is 8 m high, expected 0.005 to 5 m"),
+        ({"physics": {"margin": 0.1}}, "physics.margin: 0.1 m of ground beyond the outermost nodes, expected at least 0.225 m"),
+        ({"physics": {"z_scale": 60.0, "box_height": 0.2}}, "physics: hole 3 is 60 m deep, expected at most 25 m"),
+        ({"physics": {"xy_scale": 101.0}}, "physics: edge 0-1 is 101 m long, expected at most 100 m"),
+        ({"physics": {"terrain": FLOOR}}, "physics.terrain: no ground under node 4 (3.20, 0.00 m)"),
+        ({"physics": {"terrain": {**FLOOR, "pits": [{"x": 2.3, "y": 0.0, "side": 0.6, "rim": 0.1, "depth": 0.1}]}}},
+         "physics.terrain: no ground at the rim's height, 0.10 m, round the pit at 2.30, 0.00 m"),
+    ],
+)  # fmt: skip
+def test_lengths_are_told_in_the_metres_of_the_file(changes, message):
+    with pytest.raises(ScenarioError) as error:
+        lay_out(lane("half", **changes))
+    assert f"<document>: {message}" in str(error.value)
+    assert "times" not in str(error.value)
+
+
+def test_the_scale_that_is_proposed_for_another_robot_does():
+    for robot, small in (("half", 0.3), ({"scale": 0.7}, 0.45), ({"scale": 2.0}, 1.3)):
+        with pytest.raises(ScenarioError, match="would do") as error:
+            lay_out(lane(robot, physics={"xy_scale": small}))
+        scale = float(str(error.value).partition("xy_scale: ")[2].split()[0])
+        lay_out(lane(robot, physics={"xy_scale": scale}))
+
+
+def test_nodes_that_are_too_close_are_told_by_their_line(tmp_path):
+    path = tmp_path / "narrow.yaml"
+    path.write_text(
+        "nodes:\n  - [0, 0, 0]\n  - [1, 0.4, 0]\n  - [2, 2, 0]\nedges:\n  - [0, 1]\n  - [1, 2]\nagents: [0, 1]\ngoal: 2\n"
+    )
+    with pytest.raises(
+        ScenarioError, match=r"narrow.yaml:6:5: edges.0: nodes 0 and 1 are 0.64 m .*xy_scale: 2.35 would"
+    ):
+        lay_out(load_scenario(path))
+
+
+def test_a_slope_made_steep_by_a_low_box_says_so():
+    with pytest.raises(ScenarioError, match=r"z_scale is 5 by default, which makes the lowest box 0\.25 m") as error:
+        lay_out(lane(**{**STEEP, "boxes": [[1, 0.05]], "reach": 0.01}))
+    assert "rises 15.00 m" in str(error.value)
+    with pytest.raises(ScenarioError, match=r"z_scale is 2\.5 by default, which makes the lowest box 0\.125 m"):
+        lay_out(lane("half", **{**STEEP, "boxes": [[1, 0.05]], "reach": 0.01}))

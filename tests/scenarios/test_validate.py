@@ -27,8 +27,12 @@ def validated(*arguments):
         (["--set", "policy=planted:Policy"], "policy planted:Policy, whose parameters are not checked here"),
         (["--set", 'policy.extra_fields=["planted:Field"]'], "field planted:Field"),
         (["--backend", "planted:Backend"], "backend planted:Backend"),
+        (["--set", "physics.robot=planted:ROBOT"],
+         "robot planted:ROBOT, whose numbers, and the room for it, are not checked here"),
+        (["--set", "physics.robot=planted:ROBOT", "--backend", "physics"],
+         "robot planted:ROBOT, whose numbers, and the room for it, are not checked here"),
     ],
-)
+)  # fmt: skip
 def test_it_names_the_code_of_others_and_imports_none(tmp_path, monkeypatch, arguments, told):
     (tmp_path / "planted.py").write_text(PLANTED)
     monkeypatch.syspath_prepend(tmp_path)
@@ -46,6 +50,15 @@ def test_a_function_that_is_named_as_policy_is_not_called(capfd):
 def test_parameters_of_our_own_policies_are_checked():
     assert validated("easy", "--set", "policy.beta=1.0e+300")[0] == 2
     assert validated("easy", "--set", "policy=colny")[2] == "Error: no policy 'colny'; did you mean 'colony'?\n"
+
+
+def test_the_time_to_drive_is_that_of_the_robot():
+    half = validated("easy", "--set", "stall_seconds=0.5", "--set", "physics={robot: half}")[2]
+    assert "takes 3.93825 s to drive on a physics backend (2.22781 m)" in half
+
+
+def test_numbers_of_a_robot_are_checked_for_every_backend():
+    assert "physics.robot.length: got 3" in validated("easy", "--set", "physics.robot={length: 3}")[2]
 
 
 def test_edges_longer_than_the_stall_are_warned_of():

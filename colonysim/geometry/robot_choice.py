@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from colonysim.physics import Robot
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["robot_of", "with_robot"]
+__all__ = ["of_others", "robot_of", "with_robot"]
 
 
 def robot_of(scenario: Scenario) -> Robot:
@@ -30,6 +30,16 @@ def robot_of(scenario: Scenario) -> Robot:
     return _made(scenario, load("robots", preset), given)
 
 
+def of_others(scenario: Scenario) -> str | None:
+    """The "package.module:NAME" of the robot if a run imports others' code for it, else None.
+
+    Raises:
+        ScenarioError: There is none under that name.
+    """
+    preset, _, _ = _asked(scenario)
+    return None if preset in BUILT_IN["robots"] else locate("robots", preset)
+
+
 def with_robot(scenario: Scenario) -> Scenario:
     """The scenario with its robot in numbers, if that is one of others' code; their module is imported.
 
@@ -39,10 +49,10 @@ def with_robot(scenario: Scenario) -> Scenario:
         ScenarioError: The controls cannot handle such a robot, or there is none under that name.
         PluginError: The module cannot be imported.
     """
-    if "robot" not in scenario.physics:
-        return scenario
     preset, given, place = _asked(scenario)
     if preset in BUILT_IN["robots"]:
+        if given:
+            robot_of(scenario)
         return scenario
     # Not on import: most runs have no robot of others.
     from colonysim.physics import Robot
