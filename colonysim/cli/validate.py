@@ -63,10 +63,11 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
     from colonysim.cli.console import print_result, say
     from colonysim.geometry.robot_choice import of_others, robot_of
     from colonysim.physics import STANDARD
-    from colonysim.plugins import BUILT_IN, PHYSICS, engine_option, locate, make_policy
+    from colonysim.plugins import BUILT_IN, PHYSICS, locate, make_policy, refuse_other_engine
     from colonysim.scenario.loading import load_scenario, load_variants
 
     body = locate("backends", backend)
+    backend = next((named for named, place in BUILT_IN["backends"].items() if place == body), backend)
     one_only = ((variant, load_scenario(name, variant, settings)),) if variant is not None else ()
     for one, scenario in one_only or load_variants(name, settings):
         policy = locate("policies", scenario.policy)
@@ -84,7 +85,7 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
         if backend in PHYSICS:
             from colonysim.geometry.layout import lay_out
 
-            engine_option(backend, scenario)
+            refuse_other_engine(scenario, None if backend == "physics" else backend)
             if robot is None:
                 lay_out(scenario)
         shown = printable(name, len(name))

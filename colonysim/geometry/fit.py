@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
 from colonysim.geometry.plan import edge_path, node_path
 from colonysim.geometry.trouble import Trouble
 from colonysim.physics import Pit
+from colonysim.physics.engine import GRAVITY
 from colonysim.physics.scene import GROUND_FRICTION
 from colonysim.push.paths import BOX_CLEARANCE, PIT_CLEARANCE, ROBOT_CLEARANCE
 
@@ -24,7 +26,8 @@ BOX_ROOM = BOX_CLEARANCE + 0.01
 came to a halt on lines, and past corners of boxes with .49 m; with .51 m they reached the goal as with more."""
 _PULL = 1.6
 """A robot has to grip the ground this many times as hard as it takes to push a box, to push it up a slope too."""
-_GRAVITY = 9.81
+LIGHTEST = 1.0
+"""Least mass of a box, in units of the robot: one of .1 kg is flung about, and robots fall over it."""
 _ROUNDING = 1e-9
 
 
@@ -47,13 +50,25 @@ def _check_boxes(plan: Plan, robot: Robot) -> None:
                 "physics.box_length", f"the box at node {node} is {{:g}} m wide, expected {{:g}} to {{:g}} m for this"
                 " robot", box.length, low, high,
             )  # fmt: skip
+        if box.height < (least := robot.in_units().clearance) * (1 - _ROUNDING):
+            node = plan.named(plan.scenario.boxes[number].node)
+            raise Trouble(
+                "physics.box_height", f"the box at node {node} is {{:g}} m high, expected at least {{:g}} m, the height"
+                " of the robot's bumper over the ground", box.height, least,
+            )  # fmt: skip
+        if box.mass < LIGHTEST * (1 - _ROUNDING):
+            node = plan.named(plan.scenario.boxes[number].node)
+            raise Trouble(
+                "physics.box_mass", f"the box at node {node} has {box.mass * robot.mass_unit:.3g} kg, expected at least"
+                f" {LIGHTEST * robot.mass_unit:.3g} kg for this robot",
+            )  # fmt: skip
         pull = robot.mass * robot.grip / _PULL
         needed = box.mass * robot.mass_unit * box.friction * GROUND_FRICTION
         if needed > pull * (1 + _ROUNDING):
             node = plan.named(plan.scenario.boxes[number].node)
             raise Trouble(
-                "physics.box_mass", f"the box at node {node} takes {_GRAVITY * needed:.3g} N to push, expected at most"
-                f" {_GRAVITY * pull:.3g} N for this robot; see box_mass, box_friction, and the robot's masses and grip",
+                "physics.box_mass", f"the box at node {node} takes {GRAVITY * needed:.3g} N to push, expected at most"
+                f" {GRAVITY * pull:.3g} N for this robot; see box_mass, box_friction, and the robot's masses and grip",
             )  # fmt: skip
 
 
@@ -63,7 +78,7 @@ def _check_pits(plan: Plan) -> None:
         needed = math.hypot(box.length, box.height)
         for node, number in plan.pit_at.items():
             side = plan.pits[number].side
-            if box.length < side < needed:
+            if side < needed:
                 raise Trouble(
                     "physics.pit_side", f"the pit at hole {plan.named(node)} is {{:g}} m wide, expected at least"
                     " {:.4g} m, for a box {:g} m wide and {:g} m high", side, needed, box.length, box.height,
@@ -72,7 +87,7 @@ def _check_pits(plan: Plan) -> None:
 
 def narrow_nodes(plan: Plan) -> Trouble | None:
     """The first nodes on which robots would touch, be too near a box to hold it, or hang over a pit, or boxes would."""
-    return _narrow_edge(plan) or _narrow_box(plan) or _narrow_pit(plan) or _narrow_hole(plan)
+    return _narrow_edge(plan) or _narrow_start(plan) or _narrow_box(plan) or _narrow_pit(plan) or _narrow_hole(plan)
 
 
 def _narrow_edge(plan: Plan) -> Trouble | None:
@@ -88,6 +103,26 @@ def _narrow_edge(plan: Plan) -> Trouble | None:
                     edge_path(plan.scenario, i, j), f"{nodes} are {{:.2f}} m apart, too close for two of the robots",
                     away, away=away, needed=ROBOT_CLEARANCE,
                 )  # fmt: skip
+    return None
+
+
+def _narrow_start(plan: Plan) -> Trouble | None:
+    """Two robots, or two boxes, touch where they begin, whether an edge joins their nodes or not."""
+    scenario, places = plan.scenario, plan.places
+    for i, j in itertools.combinations(scenario.agents, 2):
+        if (away := math.dist(places[i], places[j])) < ROBOT_CLEARANCE - _ROUNDING:
+            return Trouble(
+                node_path(scenario, max(i, j)), f"the robots on nodes {plan.named(i)} and {plan.named(j)} begin"
+                " {:.2f} m from each other, too close", away, away=away, needed=ROBOT_CLEARANCE,
+            )  # fmt: skip
+    for (one, box), (other, beside) in itertools.combinations(zip(scenario.boxes, plan.boxes, strict=True), 2):
+        apart = Pit(box.x, box.y, box.yaw, box.length).distance(beside.x, beside.y)
+        if one.node != other.node and apart < beside.length / 2 - _ROUNDING:
+            return Trouble(
+                node_path(scenario, max(one.node, other.node)), f"the boxes at nodes {plan.named(one.node)} and"
+                f" {plan.named(other.node)} begin in each other", needed=box.length,
+                away=math.dist(places[one.node], places[other.node]),
+            )  # fmt: skip
     return None
 
 

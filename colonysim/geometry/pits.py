@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Ways", "heading", "pits_for", "pits_given", "ways_to_holes"]
 
+_OFF_CENTRE = 0.1
+"""A box is pushed to the node itself: with its pit further off than this it comes to lie on the rim, metres."""
+
 
 @dataclass(frozen=True, slots=True)
 class Ways:
@@ -119,5 +122,9 @@ def pits_given(scenario: Scenario, places: Sequence[tuple[float, float]], terrai
         if not around:
             name = scenario.topology.ids[hole.node]
             raise Trouble("physics.terrain.pits", f"no pit at the hole {name} ({{:.2f}}, {{:.2f}} m)", x, y)
+        pit = terrain.pits[around[0]]
+        if (off := math.dist((x, y), (pit.x, pit.y))) > _OFF_CENTRE:
+            words = f"the pit of hole {scenario.topology.ids[hole.node]} lies {{:.2f}} m off its node"
+            raise Trouble("physics.terrain.pits", f"{words}, expected at most {{:.2f}} m", off, _OFF_CENTRE)
         pit_at[hole.node] = around[0]
     return pit_at

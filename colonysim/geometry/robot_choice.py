@@ -61,7 +61,7 @@ def with_robot(scenario: Scenario) -> Scenario:
     found = load("robots", preset)
     if not isinstance(found, Robot):
         raise scenario.fault(place, f"{locate('robots', preset)} is {type(found).__name__}, expected a colonysim Robot")
-    numbers = asdict(_made(scenario, found, given))
+    numbers = {name: float(number) for name, number in asdict(_made(scenario, found, given)).items()}
     document = dict(scenario.document)
     document["physics"] = {**document["physics"], "robot": numbers}
     physics = {**scenario.physics, "robot": numbers}
@@ -85,6 +85,11 @@ def _asked(scenario: Scenario) -> tuple[str, Mapping[str, Any], str]:
 
 def _made(scenario: Scenario, preset: Robot, given: Mapping[str, Any]) -> Robot:
     """The preset scaled to the size that is given, and then with the numbers that are."""
+    # A preset may be of others' code, and hold anything; its scale has to be a size before it is scaled.
+    if (trouble := preset.trouble()) and trouble[1].endswith("expected a number"):
+        raise scenario.fault(f"physics.robot.{trouble[0]}", trouble[1])
+    if not preset.scale > 0.0:
+        raise scenario.fault("physics.robot.scale", f"got {preset.scale:g}, expected a number above 0")
     size = float(given.get("scale", preset.scale))
     robot = preset.scaled(size / preset.scale)
     numbers = {field.name: float(given[field.name]) for field in fields(robot) if field.name in given}

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from numbers import Real
 
 __all__ = ["HALF", "LIMITS", "SCALES", "STANDARD", "Robot"]
 
@@ -112,6 +113,10 @@ class Robot:
 
     def trouble(self) -> tuple[str, str] | None:
         """A field that the controls cannot handle, and what is wrong with it, in words; None if there is none."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+                return field.name, f"got {value!r:.80}, expected a number"
         if not SCALES[0] <= self.scale <= SCALES[1]:
             return "scale", f"got {self.scale:g}, expected {SCALES[0]:g} to {SCALES[1]:g}"
         for field in fields(self):
@@ -156,7 +161,7 @@ STANDARD = Robot()
 """The robot that everything was tuned on, of the size of a Summit-XL."""
 LIMITS = {
     "length": (0.5, 0.8), "width": (0.45, 0.7), "clearance": (0.01, 0.1), "height": (0.2, 0.5),
-    "wheel_radius": (0.06, 0.15), "track": (0.3, 0.6), "wheelbase": (0.2, 0.5), "chassis_mass": (8.0, 200.0),
+    "wheel_radius": (0.08, 0.15), "track": (0.3, 0.6), "wheelbase": (0.2, 0.5), "chassis_mass": (8.0, 200.0),
     "wheel_mass": (0.5, 8.0), "wheel_speed": (3.0, STANDARD.wheel_speed), "grip": (0.4, 1.2),
     "bumper_friction": (0.3, 2.0),
 }  # fmt: skip

@@ -100,7 +100,7 @@ def test_the_network_sees_a_box_from_behind_the_bumper():
 
 
 def test_motors_may_be_as_fast_as_the_controls_ask_for():
-    small = replace(STANDARD, wheel_radius=0.06, wheel_speed=16.0)
+    small = replace(STANDARD, wheel_radius=0.08, wheel_speed=12.0)
     assert small.trouble() is None and replace(STANDARD, wheel_radius=0.13, wheelbase=0.42).trouble() is None
     for scale in (0.5, 2.0):
         assert small.scaled(scale).trouble() is None
