@@ -7,6 +7,7 @@ that is killed.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import multiprocessing.process
 import os
@@ -289,7 +290,11 @@ def _work(pipe: Connection, function: Callable[[Any], Any], memory_mb: float | N
     try:
         pipe.send(("ready", None))
         while True:
-            pipe.send(attempt(function, pipe.recv(), memory_mb))
+            outcome = attempt(function, pipe.recv(), memory_mb)
+            if outcome[0] == "failed":
+                # What a failed task held refers to itself in circles, and would count as the next task's.
+                gc.collect()
+            pipe.send(outcome)
     except (EOFError, OSError):
         pass  # the parent is gone, or done
 
