@@ -11,7 +11,7 @@ from colonysim.geometry.trouble import Trouble
 from colonysim.physics import Pit
 from colonysim.physics.engine import GRAVITY
 from colonysim.physics.scene import GROUND_FRICTION
-from colonysim.push.paths import BOX_CLEARANCE, PIT_CLEARANCE, ROBOT_CLEARANCE
+from colonysim.push.paths import BOX_CLEARANCE, PIT_CLEARANCE
 
 if TYPE_CHECKING:
     from colonysim.geometry.plan import Plan
@@ -24,6 +24,9 @@ BOX_LENGTHS = (0.7, 1.3)
 BOX_ROOM = BOX_CLEARANCE + 0.01
 """Least distance of a node from the sides of a box beside it. Robots plan no way to nearer places: with .50 m colonies
 came to a halt on lines, and past corners of boxes with .49 m; with .51 m they reached the goal as with more."""
+ROBOTS_APART = 0.75
+"""Least distance of nodes on which robots stand at once: side by side, or nose to tail, they just fit. On nodes up to
+the whole disc in which a robot turns (.94) they may touch as they turn, and came past each other all the same."""
 _PULL = 1.6
 """A robot has to grip the ground this many times as hard as it takes to push a box, to push it up a slope too."""
 LIGHTEST = 1.0
@@ -97,11 +100,11 @@ def _narrow_edge(plan: Plan) -> Trouble | None:
         return None
     for i, others in enumerate(topology.neighbours):
         for j in others:
-            if i < j and (away := math.dist(places[i], places[j])) < ROBOT_CLEARANCE - _ROUNDING:
+            if i < j and (away := math.dist(places[i], places[j])) < ROBOTS_APART - _ROUNDING:
                 nodes = f"nodes {plan.named(i)} and {plan.named(j)}"
                 return Trouble(
                     edge_path(plan.scenario, i, j), f"{nodes} are {{:.2f}} m apart, too close for two of the robots",
-                    away, away=away, needed=ROBOT_CLEARANCE,
+                    away, away=away, needed=ROBOTS_APART,
                 )  # fmt: skip
     return None
 
@@ -110,10 +113,10 @@ def _narrow_start(plan: Plan) -> Trouble | None:
     """Two robots, or two boxes, touch where they begin, whether an edge joins their nodes or not."""
     scenario, places = plan.scenario, plan.places
     for i, j in itertools.combinations(scenario.agents, 2):
-        if (away := math.dist(places[i], places[j])) < ROBOT_CLEARANCE - _ROUNDING:
+        if (away := math.dist(places[i], places[j])) < ROBOTS_APART - _ROUNDING:
             return Trouble(
                 node_path(scenario, max(i, j)), f"the robots on nodes {plan.named(i)} and {plan.named(j)} begin"
-                " {:.2f} m from each other, too close", away, away=away, needed=ROBOT_CLEARANCE,
+                " {:.2f} m from each other, too close", away, away=away, needed=ROBOTS_APART,
             )  # fmt: skip
     for (one, box), (other, beside) in itertools.combinations(zip(scenario.boxes, plan.boxes, strict=True), 2):
         apart = Pit(box.x, box.y, box.yaw, box.length).distance(beside.x, beside.y)

@@ -112,9 +112,9 @@ def test_the_line_of_the_field_is_told(tmp_path):
         ({"physics": {"xy_scale": 1.2, "pit_side": 1.8}},
          "topology: node 2 lies 0.30 m from the pit of hole 3, too close for a robot, expected at least 0.40 m;"
          " physics.xy_scale: 1.4 would do (it is 1.2)"),
-        ({"physics": {"xy_scale": 0.9}, "agents": [0, 1], "boxes": [[2, 1.0]]},
-         "topology: nodes 0 and 1 are 0.90 m apart, too close for two of the robots, expected at least 0.94 m;"
-         " physics.xy_scale: 1.05 would do (it is 0.9)"),
+        ({"physics": {"xy_scale": 0.7}, "agents": [0, 1], "boxes": [[2, 1.0]]},
+         "topology: nodes 0 and 1 are 0.70 m apart, too close for two of the robots, expected at least 0.75 m;"
+         " physics.xy_scale: 1.05 would do (it is 0.7)"),
         ({"physics": {"xy_scale": 0.9}},
          "topology: node 0 lies 0.40 m from the box at node 1, too close for a robot that gets there or takes hold of it,"
          " expected at least 0.51 m; physics.xy_scale: 1.1 would do (it is 0.9)"),
@@ -207,7 +207,7 @@ def test_nodes_that_are_too_close_are_told_by_their_line(tmp_path):
         "nodes:\n  - [0, 0, 0]\n  - [1, 0.4, 0]\n  - [2, 2, 0]\nedges:\n  - [0, 1]\n  - [1, 2]\nagents: [0, 1]\ngoal: 2\n"
     )
     with pytest.raises(
-        ScenarioError, match=r"narrow.yaml:6:5: edges.0: nodes 0 and 1 are 0.64 m .*xy_scale: 2.35 would"
+        ScenarioError, match=r"narrow.yaml:6:5: edges.0: nodes 0 and 1 are 0.64 m .*xy_scale: 1.9 would"
     ):
         lay_out(load_scenario(path))
 

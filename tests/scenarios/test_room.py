@@ -11,6 +11,7 @@ from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.geometry.layout import lay_out
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.physics import STANDARD
+from colonysim.scenario.invent import invent
 
 BRIDGE: dict[str, Any] = {
     "name": "bridge", "nodes": [[0, 0, 0, 1], [1, 1.5, 0, 1], [2, 3, 0, 0.65], [3, 4.5, 0, 1]],
@@ -72,3 +73,9 @@ def test_numbers_of_a_robot_of_others_are_checked(wrong: Any, monkeypatch: pytes
     monkeypatch.setattr("colonysim.geometry.robot_choice.load", lambda group, name: replace(STANDARD, scale=0.0))
     with pytest.raises(ColonysimError, match="expected a number above 0"):
         with_robot(scenario)
+
+
+def test_worlds_that_new_strews_at_random_can_be_built_with_all_defaults() -> None:
+    for seed in (5003, 5059, 5099):
+        document = invent("geometric", columns=5, rows=5, agents=4, seed=seed)
+        assert lay_out(colonysim.scenario_from_document(document)).robots
