@@ -19,9 +19,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 HOT = (
     "colonysim/backends/action.py",
-    "colonysim/backends/physics.py",
     "colonysim/backends/motion.py",
     "colonysim/backends/nodeworld.py",
+    "colonysim/backends/physics.py",
     "colonysim/backends/traffic.py",
     "colonysim/draws.py",
     "colonysim/exact.py",

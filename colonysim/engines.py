@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-__all__ = ["ENGINES", "EnginePackage"]
+__all__ = ["PACKAGES", "EngineName", "EnginePackage"]
+
+EngineName = Literal["bullet", "mujoco"]
 
 
 class EnginePackage(NamedTuple):
@@ -19,7 +21,7 @@ class EnginePackage(NamedTuple):
     packages: tuple[str, ...]
 
 
-ENGINES = {
+PACKAGES: dict[str, EnginePackage] = {
     "bullet": EnginePackage("pybullet", ("pybullet", "pybullet-arm64")),
     "mujoco": EnginePackage("mujoco", ("mujoco",)),
 }

@@ -8,7 +8,7 @@ from functools import partial
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, cast
 
-from colonysim.engines import ENGINES
+from colonysim.engines import PACKAGES
 from colonysim.errors import PASSED_ON, ColonysimError, PluginError, told
 from colonysim.suggest import nearest
 
@@ -51,7 +51,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "fields": {},
     "robots": {"standard": "colonysim.physics.robot:STANDARD", "half": "colonysim.physics.robot:HALF"},
 }
-PHYSICS = ("physics", *ENGINES)
+PHYSICS = ("physics", *PACKAGES)
 """The backends of rigid bodies: of the engine that the scenario names, and of one engine each."""
 
 PROTOCOLS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {

@@ -17,7 +17,7 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution,
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim.engines import ENGINES
+from colonysim.engines import PACKAGES
 from colonysim.imports import imports_of
 from colonysim.plugins import BUILT_IN, available
 
@@ -69,7 +69,7 @@ def parts_of(
 def _named(group: str, name: str) -> tuple[str, dict[str, str]]:
     if name in BUILT_IN[group]:
         # Another version of an engine gives other results.
-        packages = ENGINES[name].packages if group == "backends" and name in ENGINES else ()
+        packages = PACKAGES[name].packages if group == "backends" and name in PACKAGES else ()
         engine = next((package for package in packages if _distribution(package)), next(iter(packages), None))
         return name, {engine: _package(engine)} if engine else {}
     place = name if ":" in name else available(group).get(name, "")

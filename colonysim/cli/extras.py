@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import Annotated, cast
 
 import typer
 
+from colonysim.engines import EngineName
 from colonysim.errors import MissingExtraError
-
-if TYPE_CHECKING:
-    from colonysim.physics import EngineName
 
 __all__ = ["EngineOption", "need", "need_engine"]
 
 EngineOption = Annotated[
-    Literal["bullet", "mujoco"] | None,
+    EngineName | None,
     typer.Option("--engine", help="The rigid-body engine. [default: bullet where it is installed, else mujoco]"),
 ]
 

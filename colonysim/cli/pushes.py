@@ -9,7 +9,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
-from colonysim.physics import BUMPER, HALF_WIDTH, engine_facts
+from colonysim.physics import STANDARD, engine_facts
 from colonysim.push.cards import load_model
 from colonysim.push.training.evaluation import judged_start
 from colonysim.push.training.starts import KINDS, distribution
@@ -79,7 +79,7 @@ class PushRecorder:
             "model_sha256": network and network.card["sha256"],
             "starts": _STARTS,
             "starts_sha256": _digest(dataclasses.asdict(distribution(_STARTS))),
-            "robot_size": [2 * BUMPER, 2 * HALF_WIDTH],
+            "robot_size": [STANDARD.length, 2 * STANDARD.half_width],
             "results": None,
             "pushes": [
                 {

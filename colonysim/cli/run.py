@@ -316,7 +316,7 @@ class _Progress:
 
 
 def _backend_options(backend: str, push: str | None, feasibility: str | None, gui: bool) -> dict[str, Any]:
-    from colonysim.engines import ENGINES
+    from colonysim.engines import PACKAGES
     from colonysim.errors import ColonysimError
 
     options: dict[str, Any] = {}
@@ -330,7 +330,7 @@ def _backend_options(backend: str, push: str | None, feasibility: str | None, gu
         named = " and ".join(f"--{name}" for name in options)
         physics = "bullet" if gui else "physics"
         raise ColonysimError(f"{named}: the node world has no bodies; add --backend {physics}")
-    if gui and backend in ENGINES:
+    if gui and backend in PACKAGES:
         from colonysim.physics import window_trouble
 
         if trouble := window_trouble(backend):

@@ -99,7 +99,7 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
 
 def _warnings(scenario: Scenario, robot: Robot) -> Iterator[str]:
     """What is allowed and rarely meant: edges that take longer than an episode waits for anything to happen."""
-    from colonysim.geometry.scale import XY_SCALE
+    from colonysim.geometry.scale import metres_of
     from colonysim.push.driving import TRAVEL_SPEED
 
     topology, timing = scenario.topology, scenario.timing
@@ -108,7 +108,7 @@ def _warnings(scenario: Scenario, robot: Robot) -> Iterator[str]:
         return
     length = max(topology.lengths[i])
     j = topology.neighbours[i][topology.lengths[i].index(length)]
-    metres = length * float(scenario.physics.get("xy_scale") or XY_SCALE * robot.scale)
+    metres = length * metres_of(scenario, robot)
     speed = TRAVEL_SPEED * robot.scale / robot.time_unit
     found = [
         (timing.travel_fixed + timing.travel * length, "to travel", (i, j)),

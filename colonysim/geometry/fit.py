@@ -45,32 +45,23 @@ def check_fit(plan: Plan, robot: Robot) -> None:
 
 
 def _check_boxes(plan: Plan, robot: Robot) -> None:
-    for number, box in enumerate(plan.boxes):
-        low, high = BOX_LENGTHS
-        if not low - _ROUNDING <= box.length <= high + _ROUNDING:
-            node = plan.named(plan.scenario.boxes[number].node)
-            raise Trouble(
-                "physics.box_length", f"the box at node {node} is {{:g}} m wide, expected {{:g}} to {{:g}} m for this"
-                " robot", box.length, low, high,
-            )  # fmt: skip
-        if box.height < (least := robot.in_units().clearance) * (1 - _ROUNDING):
-            node = plan.named(plan.scenario.boxes[number].node)
-            raise Trouble(
-                "physics.box_height", f"the box at node {node} is {{:g}} m high, expected at least {{:g}} m, the height"
-                " of the robot's bumper over the ground", box.height, least,
-            )  # fmt: skip
+    (narrowest, widest), lowest = BOX_LENGTHS, robot.in_units().clearance
+    pull = robot.mass * robot.grip / _PULL
+    for start, box in zip(plan.scenario.boxes, plan.boxes, strict=True):
+        what, kilograms = f"the box at node {plan.named(start.node)}", box.mass * robot.mass_unit
+        needed = kilograms * box.friction * GROUND_FRICTION
+        if not narrowest - _ROUNDING <= box.length <= widest + _ROUNDING:
+            words = f"{what} is {{:g}} m wide, expected {{:g}} to {{:g}} m for this robot"
+            raise Trouble("physics.box_length", words, box.length, narrowest, widest)
+        if box.height < lowest * (1 - _ROUNDING):
+            words = f"{what} is {{:g}} m high, expected at least {{:g}} m, where the robot's bumper begins"
+            raise Trouble("physics.box_height", words, box.height, lowest)
         if box.mass < LIGHTEST * (1 - _ROUNDING):
-            node = plan.named(plan.scenario.boxes[number].node)
-            raise Trouble(
-                "physics.box_mass", f"the box at node {node} has {box.mass * robot.mass_unit:.3g} kg, expected at least"
-                f" {LIGHTEST * robot.mass_unit:.3g} kg for this robot",
-            )  # fmt: skip
-        pull = robot.mass * robot.grip / _PULL
-        needed = box.mass * robot.mass_unit * box.friction * GROUND_FRICTION
+            expected = f"expected at least {LIGHTEST * robot.mass_unit:.3g} kg for this robot"
+            raise Trouble("physics.box_mass", f"{what} has {kilograms:.3g} kg, {expected}")
         if needed > pull * (1 + _ROUNDING):
-            node = plan.named(plan.scenario.boxes[number].node)
             raise Trouble(
-                "physics.box_mass", f"the box at node {node} takes {GRAVITY * needed:.3g} N to push, expected at most"
+                "physics.box_mass", f"{what} takes {GRAVITY * needed:.3g} N to push, expected at most"
                 f" {GRAVITY * pull:.3g} N for this robot; see box_mass, box_friction, and the robot's masses and grip",
             )  # fmt: skip
 

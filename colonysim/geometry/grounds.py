@@ -6,15 +6,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from colonysim.geometry.fit import narrow_nodes
-from colonysim.geometry.plan import Plan, edge_path, node_path, steps
+from colonysim.geometry.ground_troubles import broken, crowded_pits, misplaced_pit, narrow_margin, small_step
+from colonysim.geometry.plan import Plan, edge_path, node_path
 from colonysim.geometry.ramps import steep
 from colonysim.geometry.rectangles import rectangles
 from colonysim.geometry.tiles import tiles
 from colonysim.geometry.trouble import Trouble
-from colonysim.geometry.troubles import broken, crowded_pits, misplaced_pit, narrow_margin
 from colonysim.geometry.ways import first_broken
 from colonysim.physics import Ground, Pit, Ramp, Terrain
-from colonysim.physics.pits import closest
+from colonysim.physics.terrain import TerrainError
 from colonysim.push.footing import BORDER_CLEARANCE
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def derived_terrain(plan: Plan, unit: float) -> Terrain:
     Raises:
         Trouble: Something has too little room.
     """
-    if trouble := steps(plan) or narrow_margin(plan):
+    if trouble := small_step(plan) or narrow_margin(plan):
         raise trouble
     found = _derived(plan)
     if isinstance(found, Terrain):
@@ -112,27 +112,10 @@ def given_terrain(given: Mapping[str, Any], pits: Sequence[Pit]) -> Terrain:
     grounds = tuple(Ground(**ground) for ground in given["grounds"])
     cut = tuple(Pit(**pit) for pit in given["pits"]) if given.get("pits") else tuple(pits)
     ramps = tuple(Ramp(**ramp) for ramp in given.get("ramps") or ())
-    for pit in cut:
-        if not _is_sound(grounds, (pit,)):
-            words = "no ground at the rim's height, {:.2f} m, round the pit at {:.2f}, {:.2f} m"
-            raise Trouble("physics.terrain", words, pit.rim, pit.x, pit.y)
-        if not _is_sound(grounds, (pit,), ramps):
-            raise Trouble(
-                "physics.terrain", "a ramp or its landing lies over the pit at {:.2f}, {:.2f} m", pit.x, pit.y
-            )
-    if crowded := closest(cut):
-        one, other = (cut[n] for n in crowded)
-        words = "the pits at {:.2f}, {:.2f} m and at {:.2f}, {:.2f} m leave too little ground between them"
-        raise Trouble("physics.terrain", words, one.x, one.y, other.x, other.y)
-    return Terrain(grounds, cut, ramps)
-
-
-def _is_sound(grounds: tuple[Ground, ...], pits: tuple[Pit, ...], ramps: tuple[Ramp, ...] = ()) -> bool:
     try:
-        Terrain(grounds, pits, ramps)
-    except ValueError:
-        return False
-    return True
+        return Terrain(grounds, cut, ramps)
+    except TerrainError as error:
+        raise Trouble("physics.terrain", error.words, *error.lengths) from None
 
 
 def check_given(plan: Plan, terrain: Terrain) -> None:

@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.trouble import Trouble
-
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from colonysim.physics import BoxSpec, Pit
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["SAME_LEVEL", "Plan", "Point", "edge_path", "node_path", "steps"]
+__all__ = ["SAME_LEVEL", "Plan", "Point", "edge_path", "node_path"]
 
 SAME_LEVEL = 0.02
 """Nodes whose heights differ by less lie on one level, metres."""
@@ -96,29 +94,6 @@ class Plan:
     def named(self, *nodes: int) -> str:
         """Nodes as their file calls them, joined by a dash."""
         return "-".join(str(self.scenario.topology.ids[node]) for node in nodes)
-
-
-def steps(plan: Plan) -> Trouble | None:
-    """The first edge that agents may travel although wheels do not climb it: a small step that is no slope."""
-    scenario, level = plan.scenario, plan.level_of
-    holes = {hole.node: hole for hole in scenario.holes}
-    for i, others in enumerate(scenario.topology.neighbours):
-        for j in others:
-            if i > j or level[i] == level[j] or (i, j) in scenario.topology.rises:
-                continue
-            z = [holes[node].rim if node in holes else scenario.topology.z[node] for node in (i, j)]
-            if abs(z[0] - z[1]) < scenario.reach:
-                # A slope may not end at a hole.
-                sloped = "" if {i, j} & set(holes) else f"list [{plan.named(i)}, {plan.named(j)}] under slopes, "
-                return Trouble(
-                    edge_path(scenario, i, j),
-                    f"nodes {plan.named(i)} and {plan.named(j)} count as level (reach {scenario.reach:g}), and the step"
-                    " between them is {:.2f} m high, expected less than {:g} m for wheels:"
-                    f" {sloped}give both nodes one height, or lower reach",
-                    abs(plan.heights[i] - plan.heights[j]),
-                    SAME_LEVEL,
-                )
-    return None
 
 
 def node_path(scenario: Scenario, node: int) -> str:

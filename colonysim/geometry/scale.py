@@ -10,11 +10,13 @@ from colonysim.geometry.trouble import Trouble
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from colonysim.physics import Robot
     from colonysim.scenario.scenario import Scenario
 
 __all__ = [
     "BOX_HEIGHT", "BOX_LENGTH", "DEEPEST_PIT", "FARTHEST", "HIGHEST_BOX", "LONGEST_EDGE", "LOWEST_BOX", "MARGIN",
     "MOST_BODIES", "MOST_LEVELS", "MOST_NODES", "MOST_WAYS", "PIT_PLAY", "RAMP_HALF_WIDTH", "XY_SCALE", "check_size",
+    "metres_of",
 ]  # fmt: skip
 
 XY_SCALE = 1.6
@@ -34,6 +36,11 @@ MOST_NODES, MOST_BODIES, MOST_LEVELS = 20_000, 500, 200
 MOST_WAYS = 100_000.0
 """Metres of edges, times levels and ramps: every tenth of a metre is looked at."""
 LOWEST_BOX, HIGHEST_BOX, DEEPEST_PIT = 0.01, 10.0, 50.0
+
+
+def metres_of(scenario: Scenario, robot: Robot) -> float:
+    """Metres of a graph unit in the plane: what the scenario says, else what suits the size of its robot."""
+    return float(scenario.physics.get("xy_scale") or XY_SCALE * robot.scale)
 
 
 def check_size(

@@ -25,14 +25,9 @@ from colonysim.physics.shapes import BoxSpec, Pose, RobotSpec, Slab, wrap
 from colonysim.physics.terrain import Ground, Ramp, Terrain
 from colonysim.physics.traction import WheelSpeeds, wheel_speeds
 
-BUMPER, HALF_WIDTH = STANDARD.bumper, STANDARD.half_width
-"""Half the standard robot's length, and half its width over the wheels, metres."""
-
 __all__ = [
-    "BUMPER",
     "ENGINES",
     "HALF",
-    "HALF_WIDTH",
     "STANDARD",
     "TICK_SECONDS",
     "BoxSpec",

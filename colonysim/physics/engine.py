@@ -7,9 +7,9 @@ import importlib.metadata
 import importlib.util
 import sys
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from colonysim import engines
+from colonysim.engines import PACKAGES, EngineName
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -157,8 +157,7 @@ _CLASSES = {
     "bullet": "colonysim.physics.bullet:BulletEngine",
     "mujoco": "colonysim.physics.mujoco:MujocoEngine",
 }
-EngineName = Literal["bullet", "mujoco"]
-ENGINES = tuple(engines.ENGINES)
+ENGINES = tuple(PACKAGES)
 """Names of the engines, the first that is installed being the default."""
 _NO_BULLET = (3, 14)
 """From this version of Python on there is no wheel of PyBullet."""
@@ -248,6 +247,6 @@ def default_engine() -> str:
 
 
 def _known(name: str) -> EnginePackage:
-    if name not in engines.ENGINES:
-        raise ValueError(f"no engine {name!r}, expected one of {', '.join(engines.ENGINES)}")
-    return engines.ENGINES[name]
+    if name not in PACKAGES:
+        raise ValueError(f"no engine {name!r}, expected one of {', '.join(PACKAGES)}")
+    return PACKAGES[name]

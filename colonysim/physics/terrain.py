@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from colonysim.physics.pits import WALL, Pit, closest, has_room
 from colonysim.physics.shapes import Slab
 
-__all__ = ["Ground", "Pit", "Ramp", "Terrain"]
+__all__ = ["Ground", "Pit", "Ramp", "Terrain", "TerrainError"]
 
 _LEVEL = 0.02
 _MIN_THICKNESS = 0.4
@@ -71,12 +71,25 @@ class Ground:
         return self.xmin + margin <= x <= self.xmax - margin and self.ymin + margin <= y <= self.ymax - margin
 
 
+class TerrainError(ValueError):
+    """Ground that cannot be.
+
+    Args:
+        words: What is wrong, with a `{:.2f}` in the place of each length.
+        lengths: The lengths.
+    """
+
+    def __init__(self, words: str, *lengths: float) -> None:
+        super().__init__(words.format(*lengths))
+        self.words, self.lengths = words, lengths
+
+
 @dataclass(frozen=True, slots=True)
 class Terrain:
     """All of the fixed ground.
 
     Raises:
-        ValueError: A pit lies on no ground, under a ramp or its landings, or too close to another pit to be framed.
+        TerrainError: A pit lies on no ground, under a ramp or its landings, or too close to another pit to be framed.
     """
 
     grounds: tuple[Ground, ...]
@@ -86,12 +99,14 @@ class Terrain:
     def __post_init__(self) -> None:
         for pit in self.pits:
             if not any(g.contains(pit.x, pit.y) and abs(g.z - pit.rim) < _LEVEL for g in self.grounds):
-                raise ValueError(f"no ground at the rim's height, {pit.rim:.2f} m, round {_named(pit)}")
+                words = "no ground at the rim's height, {:.2f} m, round the pit at {:.2f}, {:.2f} m"
+                raise TerrainError(words, pit.rim, pit.x, pit.y)
             if self._is_under_ramp(pit):
-                raise ValueError(f"a ramp or its landing lies over {_named(pit)}")
+                raise TerrainError("a ramp or its landing lies over the pit at {:.2f}, {:.2f} m", pit.x, pit.y)
         if crowded := closest(self.pits):
             one, other = (self.pits[i] for i in crowded)
-            raise ValueError(f"{_named(one)} and {_named(other)} leave too little ground between them")
+            words = "the pits at {:.2f}, {:.2f} m and at {:.2f}, {:.2f} m leave too little ground between them"
+            raise TerrainError(words, one.x, one.y, other.x, other.y)
 
     def height(self, x: float, y: float) -> float:
         """Nominal height of the surface (the floor inside a pit); minus infinity off the ground."""
@@ -146,10 +161,6 @@ class Terrain:
 
 
 _Rectangle = tuple[float, float, float, float]
-
-
-def _named(pit: Pit) -> str:
-    return f"the pit at {pit.x:.2f}, {pit.y:.2f} m"
 
 
 def _sampled(rectangle: tuple[float, float, float, float, float]) -> Iterator[tuple[float, float]]:

@@ -86,10 +86,9 @@ def _driven(run: Run, episode: int) -> tuple[dict[int, Way], dict[int, Way]] | N
     import pyarrow.compute as pc
 
     from colonysim.geometry.robot_choice import robot_of
-    from colonysim.geometry.scale import XY_SCALE
+    from colonysim.geometry.scale import metres_of
 
-    # Bodies are in metres: the graph's coordinates times the scale that the scenario gives, or the robot's size.
-    scale = float(run.scenario.physics.get("xy_scale") or XY_SCALE * robot_of(run.scenario).scale)
+    scale = metres_of(run.scenario, robot_of(run.scenario))
     poses = poses.filter(pc.equal(poses["episode"], episode))
     agents: dict[int, Way] = defaultdict(list)
     boxes: dict[int, Way] = defaultdict(list)

@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Strict, Tag
 from pydantic_core import PydanticCustomError
 
+from colonysim.engines import EngineName
+
 __all__ = ["FORM_TAGS", "LARGEST", "MAX_NAME", "SMALLEST", "ScenarioFile"]
 
 LARGEST, SMALLEST = 1e9, 1e-6
@@ -392,7 +394,7 @@ RobotChoice = Annotated[
 class PhysicsSection(Section):
     """How a physics backend builds the place; whatever is absent is derived from the graph."""
 
-    engine: Literal["bullet", "mujoco"] | None = None
+    engine: EngineName | None = None
     """The engine of `--backend physics`; no other backend of rigid bodies runs the scenario then."""
     robot: RobotChoice | None = None
     """The robot: a preset (standard, half), an installed one's name, "package.module:NAME", or {preset, numbers...}."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import plain, shown
 from colonysim.built import build
-from colonysim.engines import ENGINES
+from colonysim.engines import PACKAGES
 from colonysim.errors import TraceError
 from colonysim.files import create_file, read_json, replace_file
 from colonysim.trace.fields import check_manifest, is_a
@@ -30,7 +30,7 @@ MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
 _LONGEST_NAME = 255
 """Bytes that file systems take for a name."""
-_ENGINE_PACKAGES = tuple(package for engine in ENGINES.values() for package in engine.packages)
+_ENGINE_PACKAGES = tuple(package for engine in PACKAGES.values() for package in engine.packages)
 _PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", *_ENGINE_PACKAGES, "torch")
 
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from colonysim.geometry.drawing import draw
+from colonysim.geometry.scale import metres_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from colonysim.geometry.drawing import Drawing
     from colonysim.scenario.scenario import Scenario
     from colonysim.view.columns import Columns
     from colonysim.view.packing import Block
@@ -53,20 +53,12 @@ def add_bodies(block: Block, scenario: Scenario, poses: Columns, episodes: Seque
     block.reals("slabs", slabs)
     block.head["bodies"] = {
         "fine": _FINE,
-        "scale": _scale(scenario, drawing),
+        "scale": metres_of(scenario, robot),
         "places": [(*place, height) for place, height in zip(drawing.places, drawing.heights, strict=True)],
         "pits": [[pit.x, pit.y, pit.yaw, pit.side, pit.rim, pit.depth] for pit in drawing.pits],
         "boxes": [[box.length, box.height] for box in drawing.boxes],
         "robot": [robot.bumper, robot.half_width, robot.track, robot.wheel_radius, robot.scale],
     }
-
-
-def _scale(scenario: Scenario, drawing: Drawing) -> float:
-    """Metres in a graph unit."""
-    topology = scenario.topology
-    far = max(range(len(topology)), key=lambda i: topology.distance(0, i))
-    away = topology.distance(0, far)
-    return math.dist(drawing.places[0], drawing.places[far]) / away if away else 1.0
 
 
 def boxes_after(scenario: Scenario, events: Columns, poses: Columns) -> NDArray[Any]:

@@ -56,7 +56,7 @@ def test_heights_of_ramp_landings_and_nothing():
 def test_impossible_pits_are_refused():
     with pytest.raises(ValueError, match="no ground at the rim"):
         Terrain((GROUND,), (Pit(0, 0, 0, rim=0.5),))
-    with pytest.raises(ValueError, match=r"pit at 0.00, 0.00 m and the pit at 1.30, 0.00 m leave too little ground"):
+    with pytest.raises(ValueError, match=r"pits at 0.00, 0.00 m and at 1.30, 0.00 m leave too little ground"):
         Terrain((GROUND,), (Pit(0, 0, 0), Pit(1.3, 0, 0)))
     with pytest.raises(ValueError, match="leave too little ground"):
         Terrain((GROUND,), (Pit(0, 0, math.pi / 4), Pit(1.25, 1.25, math.pi / 4)))

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.plan import edge_path, node_path
+from colonysim.geometry.plan import SAME_LEVEL, edge_path, node_path
 from colonysim.geometry.ramps import LEAST_HALF_WIDTH, PAST, ROOM
 from colonysim.geometry.tiles import CELL_CENTRE
 from colonysim.geometry.trouble import Trouble
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from colonysim.geometry.plan import Plan, Point
 
-__all__ = ["broken", "crowded_pits", "misplaced_pit", "narrow_margin"]
+__all__ = ["broken", "crowded_pits", "misplaced_pit", "narrow_margin", "small_step"]
 
 Way = tuple[int, int]
 """An edge, or a node twice."""
@@ -42,6 +42,29 @@ def crowded_pits(plan: Plan) -> Trouble | None:
         share *= 1.001
     words = f"holes {plan.named(i)} and {plan.named(j)} are {{:.2f}} m apart, with pits {{:.2f}} m wide"
     return Trouble(f"holes.{found[1]}", words, away, one.side, away=away, needed=share * away)
+
+
+def small_step(plan: Plan) -> Trouble | None:
+    """The first edge that agents may travel although wheels do not climb it: a small step that is no slope."""
+    scenario, level = plan.scenario, plan.level_of
+    holes = {hole.node: hole for hole in scenario.holes}
+    for i, others in enumerate(scenario.topology.neighbours):
+        for j in others:
+            if i > j or level[i] == level[j] or (i, j) in scenario.topology.rises:
+                continue
+            z = [holes[node].rim if node in holes else scenario.topology.z[node] for node in (i, j)]
+            if abs(z[0] - z[1]) < scenario.reach:
+                # A slope may not end at a hole.
+                sloped = "" if {i, j} & set(holes) else f"list [{plan.named(i)}, {plan.named(j)}] under slopes, "
+                return Trouble(
+                    edge_path(scenario, i, j),
+                    f"nodes {plan.named(i)} and {plan.named(j)} count as level (reach {scenario.reach:g}), and the step"
+                    " between them is {:.2f} m high, expected less than {:g} m for wheels:"
+                    f" {sloped}give both nodes one height, or lower reach",
+                    abs(plan.heights[i] - plan.heights[j]),
+                    SAME_LEVEL,
+                )
+    return None
 
 
 def narrow_margin(plan: Plan) -> Trouble | None:
