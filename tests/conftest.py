@@ -31,3 +31,12 @@ def some_engine() -> str:
     if trouble := engine_trouble(name):
         pytest.skip(trouble)
     return name
+
+
+@pytest.fixture(params=["nodeworld", *ENGINES])
+def backend(request: pytest.FixtureRequest) -> str:
+    """The name of each backend that ships and can run here: for what must hold whatever moves the bodies."""
+    name: str = request.param
+    if name in ENGINES and (trouble := engine_trouble(name)):
+        pytest.skip(trouble)
+    return name

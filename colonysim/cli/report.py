@@ -1,4 +1,4 @@
-"""`colonysim report`: which pushes and travels of a run failed, where, when and why."""
+"""`colonysim report`: what failed in a run, where, when and why, and which agents did not reach the goal."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from colonysim.trace.failures import Attempts, Grouping
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
+    from colonysim.trace.stranded import Stranded
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -34,27 +35,31 @@ def command(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
 ) -> None:
-    """List the failed pushes and travels of a run.
+    """List the failed pushes and travels of a run, and the agents that did not reach the goal.
 
-    They are counted, then named one by one with time and place. A take is the first step of a push, onto
+    Failures are counted, then named one by one with time and place. A take is the first step of a push, onto
     the box's node. The share is that of the failures among all attempts of the same action (by edge or
-    agent: of the same action there), with its 95 % interval (Wilson). Runs that were interrupted, or are
-    still under way, can be reported too.
+    agent: of the same action there), with its 95 % interval (Wilson). For each agent that was not at the goal
+    at the end of an episode stands where it was and what it did last: an agent can use up its steps on two nodes
+    without a failure. Runs that were interrupted, or are still under way, can be reported too.
     """
     from colonysim.cli.console import print_json
     from colonysim.cli.numbers import read_numbers
     from colonysim.cli.opening import opened
     from colonysim.trace.failures import attempts
+    from colonysim.trace.stranded import stranded
 
     run = opened(path)
-    found = attempts(run, None if episodes is None else read_numbers(episodes))
+    chosen = None if episodes is None else read_numbers(episodes)
+    found, short = attempts(run, chosen), stranded(run, chosen)
     if as_json:
-        print_json(_as_json(run, found, by))
+        print_json(_as_json(run, found, by, short))
     else:
         _print(run, found, by)
+        _print_stranded(short)
 
 
-def _as_json(run: Run, found: Attempts, by: Grouping) -> dict[str, Any]:
+def _as_json(run: Run, found: Attempts, by: Grouping, short: list[Stranded]) -> dict[str, Any]:
     """Nodes, boxes and holes by their numbers in the scenario's file; null for none."""
     manifest = run.manifest
     return {
@@ -82,23 +87,43 @@ def _as_json(run: Run, found: Attempts, by: Grouping) -> dict[str, Any]:
             for tally in found.tally(by)
         ],
         "failures": [_row(found, event) for event in found.failures],
+        "stranded": [
+            {
+                "episode": agent.episode,
+                "agent": agent.agent,
+                "ended": agent.ended,
+                "state": agent.state,
+                "node": _known(agent.node),
+                "waits_for": _known(agent.waits_for),
+                "since": agent.since,
+                "until": agent.until,
+                "nodes": list(agent.nodes),
+                "attempts": agent.attempts,
+                "failures": agent.failures,
+                "waited": agent.waited,
+                "way_open": agent.way_open,
+                "why": agent.why,
+            }
+            for agent in short
+        ],
     }
 
 
-def _row(found: Attempts, event: Event) -> dict[str, Any]:
-    def known(number: int) -> int | None:
-        return None if number < 0 else number
+def _known(number: int) -> int | None:
+    return None if number < 0 else number
 
+
+def _row(found: Attempts, event: Event) -> dict[str, Any]:
     return {
         "episode": event.episode,
         "time": event.time,
         "agent": event.agent,
         "action": event.action,
-        "from": known(event.node),
-        "to": known(event.target),
+        "from": _known(event.node),
+        "to": _known(event.target),
         "place": found.place(event),
-        "box": known(event.box),
-        "hole": known(event.hole),
+        "box": _known(event.box),
+        "hole": _known(event.hole),
         "status": event.status,
         "reason": event.reason,
     }
@@ -136,6 +161,16 @@ def _print(run: Run, found: Attempts, by: Grouping) -> None:
     print_table(("action", by, ">count", ">share", ">95 % interval", "first", *more), rows)
     columns = (">episode", ">time", ">agent", "action", "from-to", ">box", ">hole", "status", "reason")
     print_table(columns, [_line(found, event) for event in found.failures])
+
+
+def _print_stranded(short: list[Stranded]) -> None:
+    from colonysim.cli.console import print_result, print_table
+
+    if not short:
+        return
+    print_result(f"{len(short)} {'agent' if len(short) == 1 else 'agents'} not at the goal when the episode ended:")
+    rows = [(str(agent.episode), str(agent.agent), agent.ended, agent.why) for agent in short]
+    print_table((">episode", ">agent", "ended", "why"), rows)
 
 
 def _line(found: Attempts, event: Event) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.plots.canvas import BLOCKED, FIELD, INK, title_of
-from colonysim.plots.replay import follow
+from colonysim.trace.replay import follow
 
 if TYPE_CHECKING:
     from colonysim.trace.reader import Run

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from matplotlib.lines import Line2D
 
 from colonysim.plots.canvas import AGENT, AGENT_INK, BLOCKED, BOX, GOAL, HOLE, INK, QUIET, Canvas, heading_of, panels
-from colonysim.plots.replay import blocked_edges, follow
+from colonysim.trace.replay import blocked_edges, follow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from matplotlib.lines import Line2D
 
 from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK, Canvas, panels, title_of
-from colonysim.plots.replay import follow
+from colonysim.trace.replay import follow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,8 +1,9 @@
-"""`report`: the failed pushes and travels of a run."""
+"""`report`: the failed pushes and travels of a run, and the agents that did not reach the goal."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,12 @@ from typer.testing import CliRunner, Result
 import colonysim
 from colonysim.backends.mock import Mock
 from colonysim.cli import app
+from colonysim.policies.policy import Choice
+from colonysim.policies.view import LocalView
 from colonysim.trace.schema import EpisodeResult, Event
 from colonysim.trace.writer import TraceWriter
-from colonysim.world.intents import Outcome
+from colonysim.world.intents import Intent, Outcome, Push, Travel, Wait
+from colonysim.world.state import World
 
 
 def report(*words: object) -> Result:
@@ -65,6 +69,7 @@ def test_json_is_one_object_that_counts_the_failures_and_names_each(recorded: Pa
     found = told(recorded)
     assert list(found) == [
         "run", "scenario", "backend", "policy", "seed", "status", "episodes", "attempts", "by", "summary", "failures",
+        "stranded",
     ]  # fmt: skip
     assert found["attempts"] == {"travel": 9, "take": 1, "push": 2} and found["episodes"] == [1, 2, 3]
     most, *rest = found["summary"]
@@ -145,6 +150,88 @@ def test_failures_of_a_colony_are_found(tmp_path: Path) -> None:
     (failure,) = told(tmp_path / "run")["failures"]
     assert (failure["reason"], failure["time"]) == ("slipped", 1.0)
     assert failure["from"] == scenario.topology.ids[start]
+
+
+class Told:
+    """A policy that does what a function of (agent, view, how often it was asked) says."""
+
+    name = "told"
+
+    def __init__(self, act: Callable[[int, LocalView, int], Intent]) -> None:
+        self.act = act
+
+    def fields(self, world: World) -> dict[str, Any]:
+        return {}
+
+    def begin(self, agent: int, memory: Any) -> int:
+        return 0
+
+    def decide(self, view: LocalView, memory: int, random: Any) -> Choice:
+        return Choice(self.act(view.agent, view, memory), memory + 1)
+
+
+ROW = {
+    "name": "row", "nodes": [[10 + i, i, 0] for i in range(6)], "edges": [[10 + i, 11 + i] for i in range(5)],
+    "agents": [10], "goal": 15, "max_steps": 20, "episodes": 1, "timing": {"jitter": 0.0},
+}  # fmt: skip
+
+
+def stranded(tmp_path: Path, act: Callable[[int, LocalView, int], Intent], **changes: Any) -> list[dict[str, Any]]:
+    backend = changes.pop("backend", "nodeworld")
+    scenario = colonysim.scenario_from_document(ROW | changes)
+    colonysim.run(scenario, backend=backend, policy=Told(act), seed=3, out=tmp_path / "run")
+    found: list[dict[str, Any]] = told(tmp_path / "run")["stranded"]
+    for agent in found:
+        assert agent["why"] in " ".join(report(tmp_path / "run").stdout.split())
+    return found
+
+
+def test_who_goes_to_and_fro_until_its_steps_are_used_up_is_named_without_a_failure(tmp_path: Path) -> None:
+    (agent,) = stranded(tmp_path, lambda agent, view, n: Travel(view.node + 1 if n < 3 or n % 2 else view.node - 1))
+    assert agent["nodes"] == [13, 14] or agent["nodes"] == [14, 13]
+    assert (agent["episode"], agent["agent"], agent["ended"], agent["state"]) == (1, 0, "max_steps", "steps used up")
+    assert agent["attempts"] == {"travel": 17} and agent["failures"] == {} and agent["way_open"]
+    assert agent["since"] == 3.0 and agent["until"] == 20.0
+    assert agent["why"].endswith("travel 17, all arrived; the goal could be reached on foot from there")
+
+
+def test_who_waits_at_the_end_is_told_with_the_node_and_whether_the_way_was_open(tmp_path: Path) -> None:
+    def act(agent: int, view: LocalView, n: int) -> Intent:
+        return Travel(view.node + 1) if n < 2 else Wait((view.node + 1,))
+
+    (agent,) = stranded(tmp_path, act, holes=[{"node": 13, "depth": 1.0}], boxes=[[14, 1.0]])
+    assert (agent["ended"], agent["state"], agent["node"], agent["waits_for"]) == ("deadlock", "waiting", 12, 13)
+    assert not agent["way_open"] and agent["attempts"] == {"travel": 2}
+    assert agent["why"].endswith(
+        "at node 12 it waits for node 13 from 2.0 s; the goal could not be reached on foot from there"
+    )
+
+
+def test_a_filled_hole_is_on_the_way(tmp_path: Path) -> None:
+    def act(agent: int, view: LocalView, n: int) -> Intent:
+        return Push(0, n + 1, 0) if n < 2 else Travel(view.node + (1 if n % 2 else -1))
+
+    (agent,) = stranded(tmp_path, act, holes=[{"node": 12, "depth": 1.0}], boxes=[[11, 1.0]])
+    assert agent["way_open"] and agent["attempts"]["push"] == 1, agent
+
+
+def test_a_lost_agent_is_told_with_the_reason(tmp_path: Path) -> None:
+    body = Mock(script=[Outcome("failed", 0, reason="on its back", lost=True)])
+    (agent,) = stranded(tmp_path, lambda agent, view, n: Travel(view.node + 1), backend=body)
+    assert agent["state"] == "lost" and agent["why"] == "lost at node 10: on its back"
+
+
+def test_who_is_at_the_goal_or_interrupted_is_not_stranded(tmp_path: Path) -> None:
+    assert stranded(tmp_path, lambda agent, view, n: Travel(view.node + 1)) == []
+
+    def stop(event: Event, run: colonysim.Run) -> None:
+        if event.time > 2:
+            raise KeyboardInterrupt
+
+    scenario = colonysim.scenario_from_document(ROW)
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.run(scenario, seed=3, out=tmp_path / "stopped", on_event=stop)
+    assert told(tmp_path / "stopped")["stranded"] == []
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import colonysim
 from colonysim.cli import app, watch
-from colonysim.plots.replay import follow
+from colonysim.trace.replay import follow
 
 
 def test_the_board_is_where_the_trace_says(tmp_path: Path) -> None:

@@ -38,3 +38,9 @@ def test_at_the_junction_two_node_exclusion_fails_in_both_modes():
         assert all(end.success < 1.0 for end in run)
     later = [end for run in outcomes("junction", 6, overrides, policy="paper", mode="asynchronous") for end in run[1:]]
     assert sum(end.ended == "goal" for end in later) / len(later) <= 0.2
+
+
+def test_reservations_keep_carriers_apart_on_every_backend(backend):
+    scenario = load_scenario("deadlock")
+    _, rows = play(scenario, policy="colony", backend=backend, episodes=4, seed=0, decisions=False)
+    assert [end.ended for end in rows.episodes[1:]] == ["goal"] * 3

@@ -1,4 +1,4 @@
-"""How an episode ends, and what its steps and its success are."""
+"""How an episode ends, and what its steps and its success are; on every backend, but for exact times."""
 
 from __future__ import annotations
 
@@ -26,27 +26,28 @@ def result(scenario, **options):
 
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
-def test_goal_counts_the_largest_number_of_steps(mode):
+def test_goal_counts_the_largest_number_of_steps(mode, backend):
     scenario = line(6, goal=5, agents=[1, 4], max_steps=20)
-    events, end = result(scenario, policy=ON, mode=mode)
+    events, end = result(scenario, policy=ON, mode=mode, backend=backend)
     assert (end.ended, end.steps, end.success) == ("goal", 4, 1.0)
-    assert end.sim_seconds == pytest.approx(4.0)
+    if backend == "nodeworld":
+        assert end.sim_seconds == pytest.approx(4.0)
     assert [(e.agent, e.node) for e in events if e.kind == "goal"] == [(1, 5), (0, 5)]
 
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
-def test_max_steps_when_somebody_is_left_and_spent_agents_stay_where_they_are(mode):
+def test_max_steps_when_somebody_is_left_and_spent_agents_stay_where_they_are(mode, backend):
     # Agent 0 walks to and fro and is spent on its way; agent 1, later on, walks past where it does not stand.
     points = [(0.0, 0.0), (1.0, 0.0), (0.0, 5.0), (1.0, 5.0), (2.0, 5.0), (3.0, 5.0), (4.0, 5.0), (5.0, 5.0)]
     edges = [(0, 1), (2, 3), (3, 4), (4, 5), (5, 6), (6, 7)]
     timing = Timing(jitter=0.0, travels={(0, 1): 0.1, (1, 0): 0.1})
     scenario = place(points, edges, goal=7, agents=[0, 2], max_steps=5, timing=timing)
     policy = Script(lambda agent, view, n: Travel(1 - view.node if agent == 0 else view.node + 1))
-    events, end = result(scenario, policy=policy, mode=mode)
+    events, end = result(scenario, policy=policy, mode=mode, backend=backend)
     assert (end.ended, end.steps, end.success) == ("max_steps", 5, 0.5)
     spent = [e for e in events if e.kind == "spent"]
     assert [(e.agent, e.node, e.step) for e in spent] == [(0, 1, 5)]
-    if mode == "asynchronous":
+    if mode == "asynchronous" and backend == "nodeworld":
         assert spent[0].time == pytest.approx(0.5)
         assert [e.time for e in events if e.kind == "goal"] == pytest.approx([5.0]), "the others act on"
 
@@ -66,9 +67,9 @@ def test_a_spent_agent_bars_the_way():
 
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
-def test_deadlock_when_nobody_can_be_woken(mode):
+def test_deadlock_when_nobody_can_be_woken(mode, backend):
     waiting = Script(lambda agent, view, n: Wait(tuple(view.neighbours)))
-    _, end = result(line(4, goal=3, agents=[0, 1], max_steps=7), policy=waiting, mode=mode)
+    _, end = result(line(4, goal=3, agents=[0, 1], max_steps=7), policy=waiting, mode=mode, backend=backend)
     assert (end.ended, end.steps, end.success, end.sim_seconds) == ("deadlock", 7, 0.0, 0.0)
 
 
@@ -79,11 +80,12 @@ def test_deadlock_when_nothing_has_come_out_for_stall_seconds():
     assert end.sim_seconds == pytest.approx(31.0), "counted from the last outcome, at 1"
 
 
-def test_timeout_at_the_limit_of_simulated_seconds():
+def test_timeout_at_the_limit_of_simulated_seconds(backend):
     scenario = line(9, goal=8, agents=[0], time_limit=3.5)
-    events, end = result(scenario, policy=ON)
+    events, end = result(scenario, policy=ON, backend=backend)
     assert (end.ended, end.steps, end.success, end.sim_seconds) == ("timeout", 50, 0.0, 3.5)
-    assert [e.time for e in events if e.kind == "end"] == [1.0, 2.0, 3.0]
+    times = [e.time for e in events if e.kind == "end"]
+    assert times == [1.0, 2.0, 3.0] if backend == "nodeworld" else all(time <= 3.5 for time in times)
 
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
@@ -106,18 +108,21 @@ def test_lost_when_nobody_is_left_who_can_act(mode):
     assert end.episode == 2 and end.ended == "lost", "the next episode sets it on its wheels again"
 
 
-def test_waits_are_no_steps_in_asynchronous_mode():
+def test_waits_are_no_steps_in_asynchronous_mode(backend):
     policy = Script(lambda agent, view, n: Wait((), 1.0) if n < 5 else Travel(view.node + 1))
-    events, end = result(line(3, goal=2, agents=[0], max_steps=4), policy=policy)
-    assert (end.ended, end.steps, end.sim_seconds) == ("goal", 2, 7.0)
+    events, end = result(line(3, goal=2, agents=[0], max_steps=4), policy=policy, backend=backend)
+    assert (end.ended, end.steps) == ("goal", 2)
+    assert next(e.began for e in events if e.kind == "end") == 5.0
+    if backend == "nodeworld":
+        assert end.sim_seconds == 7.0
     assert [e.kind for e in events].count("wait") == 5
 
 
-def test_every_tick_is_a_step_in_synchronous_mode():
+def test_every_tick_is_a_step_in_synchronous_mode(backend):
     policy = Script(lambda agent, view, n: Wait((), 1.0) if n < 5 else Travel(view.node + 1))
-    _, end = result(line(3, goal=2, agents=[0], max_steps=9), policy=policy, mode="synchronous")
+    _, end = result(line(3, goal=2, agents=[0], max_steps=9), policy=policy, mode="synchronous", backend=backend)
     assert (end.ended, end.steps) == ("goal", 7)
-    _, end = result(line(3, goal=2, agents=[0], max_steps=4), policy=policy, mode="synchronous")
+    _, end = result(line(3, goal=2, agents=[0], max_steps=4), policy=policy, mode="synchronous", backend=backend)
     assert (end.ended, end.steps, end.success) == ("max_steps", 4, 0.0)
 
 
@@ -163,30 +168,35 @@ def test_a_waiting_agent_is_woken_by_what_it_waits_for_and_by_nothing_else():
     assert [n for node, n in asked if node == 1] == [0, 1]
 
 
-def test_whoever_waits_for_the_goal_is_woken_when_it_is_left():
+def test_whoever_waits_for_the_goal_is_woken_when_it_is_left(backend):
     policy = Script(lambda agent, view, n: Travel(2) if view.free(2) else Wait((2,)))
-    events, end = result(line(3, goal=2, agents=[1, 2]), policy=policy)
-    assert (end.ended, end.sim_seconds) == ("goal", 1.0)
+    events, end = result(line(3, goal=2, agents=[1, 2]), policy=policy, backend=backend)
+    assert end.ended == "goal"
+    if backend == "nodeworld":
+        assert end.sim_seconds == 1.0
     assert [e.kind for e in events if e.agent == 0] == ["start", "wait", "end", "goal"]
 
 
-def test_a_refused_reservation_waits_and_tries_again():
+def test_a_refused_reservation_waits_and_tries_again(backend):
     def act(agent, view, n):
         return Travel(1) if view.node != 1 else Travel(3)
 
     scenario = place([(0, 0), (1, 0), (2, 0), (1, 1)], [(0, 1), (1, 2), (1, 3)], goal=3, agents=[0, 2])
-    events, end = result(scenario, policy=Script(act))
+    events, end = result(scenario, policy=Script(act), backend=backend)
     assert end.ended == "goal"
     assert next((e.agent, e.target) for e in events if e.kind == "wait") == (1, 1)
     arrivals = [(e.time, e.agent) for e in events if e.kind == "end" and e.target == 1]
-    assert arrivals == [(1.0, 0), (3.0, 1)]
+    assert [agent for _, agent in arrivals] == [0, 1]
+    if backend == "nodeworld":
+        assert arrivals == [(1.0, 0), (3.0, 1)]
 
 
-def test_no_two_agents_swap_places():
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_no_two_agents_swap_places(mode, backend):
     swap = Script(lambda agent, view, n: Travel(1 - view.node))
-    for mode in ("asynchronous", "synchronous"):
-        events, end = result(line(3, goal=2, agents=[0, 1], stall_seconds=20, max_steps=9), policy=swap, mode=mode)
-        assert end.ended in ("deadlock", "max_steps") and not [e for e in events if e.kind == "end"]
+    scenario = line(3, goal=2, agents=[0, 1], stall_seconds=20, max_steps=9)
+    events, end = result(scenario, policy=swap, mode=mode, backend=backend)
+    assert end.ended in ("deadlock", "max_steps") and not [e for e in events if e.kind == "end"]
 
 
 class Clocked(Scripted):
@@ -292,10 +302,10 @@ def test_a_refused_push_asks_its_node_to_be_cleared():
     assert pushed.target == 2 and pushed.began == pytest.approx(2.0), "as soon as the node was free"
 
 
-def test_two_that_ask_each_other_to_make_way_do_not_keep_each_other_awake():
+def test_two_that_ask_each_other_to_make_way_do_not_keep_each_other_awake(backend):
     policy = Script(lambda agent, view, n: Wait((1 - agent,), 5.0, 1 - agent))
     scenario = line(4, goal=3, agents=[0, 1], stall_seconds=20)
-    events = list(islice(simulate(scenario, policy=policy, episodes=1), 100))
+    events = list(islice(simulate(scenario, policy=policy, backend=backend, episodes=1), 100))
     assert (events[-1].kind, events[-1].status) == ("episode", "deadlock")
     assert len([e for e in events if e.kind == "wait"]) < 15
 

@@ -1,10 +1,11 @@
-"""What holds after every event, whatever the place and whoever decides."""
+"""What holds after every event, whatever the place, whoever decides and whatever moves the bodies."""
 
 from __future__ import annotations
 
 import pytest
 from small_worlds import Rows
 
+from colonysim import load_scenario
 from colonysim.plugins import make_policy
 from colonysim.simulation import simulate
 from colonysim.testing.worlds import random_scenario
@@ -54,36 +55,53 @@ def check(world: World) -> None:
         assert world.boxes_near(node) == seen
 
 
+def watch(scenario, name, mode, backend, seed, episodes):
+    """Plays a scenario and checks its world after every event; the rows, and the events that were no arrivals."""
+    worlds, rows = [], Rows()
+
+    class Watched(type(make_policy(name, scenario))):
+        def fields(self, world):
+            worlds.append(world)
+            return super().fields(world)
+
+    policy, failed = Watched(scenario), []
+    time, episode, steps = 0.0, 1, [0] * len(scenario.agents)
+    for event in simulate(scenario, policy=policy, mode=mode, backend=backend, seed=seed, episodes=episodes, sink=rows):
+        check(worlds[0])
+        if event.episode != episode:
+            time, episode, steps = 0.0, event.episode, [0] * len(scenario.agents)
+        assert event.time >= time >= 0.0
+        time = event.time
+        assert event.step <= scenario.max_steps
+        if event.agent >= 0:
+            assert event.step >= steps[event.agent], "steps are never taken back"
+            steps[event.agent] = event.step
+        if event.kind == "end":
+            assert event.began <= event.time
+            if event.status != "arrived":
+                failed.append(event)
+    for result in rows.episodes:
+        assert (result.success == 1.0) == (result.ended == "goal")
+        assert result.steps <= scenario.max_steps
+    return rows, failed
+
+
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
 @pytest.mark.parametrize("name", ["colony", "paper", "random"])
 def test_after_every_event(name, mode):
     ends = set()
     for seed in SEEDS:
-        scenario = random_scenario(seed)
-        worlds, rows = [], Rows()
-
-        class Watched(type(make_policy(name, scenario))):
-            def fields(self, world, worlds=worlds):
-                worlds.append(world)
-                return super().fields(world)
-
-        policy = Watched(scenario)
-        time, episode, steps = 0.0, 1, [0] * len(scenario.agents)
-        for event in simulate(scenario, policy=policy, mode=mode, seed=seed, episodes=2, sink=rows):
-            check(worlds[0])
-            if event.episode != episode:
-                time, episode, steps = 0.0, event.episode, [0] * len(scenario.agents)
-            assert event.time >= time >= 0.0
-            time = event.time
-            assert event.step <= scenario.max_steps
-            if event.agent >= 0:
-                assert event.step >= steps[event.agent], "steps are never taken back"
-                steps[event.agent] = event.step
-            if event.kind == "end":
-                assert event.began <= event.time and event.status == "arrived", "the node world never fails a fair move"
-        for result in rows.episodes:
-            ends.add(result.ended)
-            assert (result.success == 1.0) == (result.ended == "goal")
-            assert result.steps <= scenario.max_steps
+        rows, failed = watch(random_scenario(seed), name, mode, "nodeworld", seed, 2)
+        assert not failed, "the node world never fails a fair move"
+        ends |= {result.ended for result in rows.episodes}
     assert "goal" in ends
     assert ends <= {"goal", "max_steps", "deadlock"}
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+@pytest.mark.parametrize("name", ["colony", "paper", "random"])
+@pytest.mark.parametrize("where", ["sanity", "hard"])
+def test_on_every_backend(where, name, mode, backend):
+    scenario = load_scenario(where, None, {"max_steps": 10})
+    rows, _ = watch(scenario, name, mode, backend, 2, 1)
+    assert any(event[4] == "push" for event in rows.tables["events"])

@@ -43,10 +43,10 @@ class Loaded(Watched):
         raise KeyboardInterrupt
 
 
-def test_pheromones_and_epsilon_persist_and_everything_else_begins_anew():
-    scenario = load_scenario("medium")
+def test_pheromones_and_epsilon_persist_and_everything_else_begins_anew(backend):
+    scenario = load_scenario("medium", None, {"max_steps": 12})
     policy = Watched(scenario)
-    _, rows = play(scenario, policy=policy, episodes=3, seed=1)
+    _, rows = play(scenario, policy=policy, backend=backend, episodes=3, seed=1)
     states = [state for _, _, state in policy.began]
     assert len(states) == 3 * len(scenario.agents) and all(state == states[0] for state in states)
     assert states[0][6] == [AgentStatus.ACTIVE] * len(scenario.agents)

@@ -73,37 +73,38 @@ def test_agents_do_not_share_their_luck():
     assert all(0.7 <= e.time - e.began <= 1.3 for e in events if e.kind == "end")
 
 
-def test_episodes_draw_from_streams_of_their_own():
-    """Ten episodes begin with the same two as two episodes do; each differs from the others."""
-    scenario = load_scenario("easy")
-    _, two = play(scenario, policy="random", episodes=2, seed=1)
-    _, three = play(scenario, policy="random", episodes=3, seed=1)
+def test_episodes_draw_from_streams_of_their_own(backend):
+    """Three episodes begin with the same two as two episodes do; each differs from the others."""
+    scenario = load_scenario("easy", None, {"max_steps": 6})
+    _, two = play(scenario, policy="random", backend=backend, episodes=2, seed=1)
+    _, three = play(scenario, policy="random", backend=backend, episodes=3, seed=1)
     assert three.tables["events"][: len(two.tables["events"])] == two.tables["events"]
     rows = [[e[1:] for e in three.tables["events"] if e.episode == n] for n in (1, 2, 3)]
     assert rows[0] != rows[1] != rows[2]
 
 
-def test_nothing_draws_from_or_reseeds_the_global_generator():
+def test_nothing_draws_from_or_reseeds_the_global_generator(backend):
     random.seed(5)
     expected = random.random()
     random.seed(5)
-    play(load_scenario("sanity"), episodes=1)
+    play(load_scenario("sanity"), backend=backend, episodes=1)
     assert random.random() == expected
 
 
-def test_seeds_differ():
-    scenario = load_scenario("easy")
-    assert play(scenario, episodes=1, seed=1)[0] != play(scenario, episodes=1, seed=2)[0]
-    assert play(scenario, episodes=1, seed=1)[0] == play(scenario, episodes=1, seed=1)[0]
+def test_seeds_differ(backend):
+    scenario = load_scenario("easy", None, {"max_steps": 6})
+    first, other, again = (play(scenario, backend=backend, episodes=1, seed=seed)[0] for seed in (1, 2, 1))
+    assert first != other
+    assert first == again
 
 
-def test_looking_changes_nothing():
+def test_looking_changes_nothing(backend):
     """A run without a sink, without decisions, and one whose policy only watches, are the same run."""
     from colonysim import simulate
 
-    scenario = load_scenario("medium")
-    events = play(scenario, episodes=1, seed=2)[0]
-    assert list(simulate(scenario, episodes=1, seed=2)) == events
-    assert play(scenario, episodes=1, seed=2, decisions=False)[0] == events
+    scenario = load_scenario("medium", None, {"max_steps": 6})
+    events = play(scenario, backend=backend, episodes=1, seed=2)[0]
+    assert list(simulate(scenario, backend=backend, episodes=1, seed=2)) == events
+    assert play(scenario, backend=backend, episodes=1, seed=2, decisions=False)[0] == events
     idle = Script(lambda agent, view, n: Wait())
     assert [e.kind for e in play(scenario, policy=idle, episodes=1)[0][-1:]] == ["episode"]

@@ -203,7 +203,7 @@ def test_the_package_of_plots_imports_no_matplotlib() -> None:
 
 
 def test_events_tell_where_everything_went() -> None:
-    from colonysim.plots.replay import blocked_edges, follow
+    from colonysim.trace.replay import blocked_edges, follow
 
     scenario = colonysim.load_scenario("sanity")
     events = [
@@ -270,7 +270,7 @@ def test_gini_coefficients() -> None:
 
 def test_boxes_are_counted_where_they_end(runs: dict[str, colonysim.Run]) -> None:
     from colonysim.plots.fates import fates_figure
-    from colonysim.plots.replay import follow
+    from colonysim.trace.replay import follow
 
     run = runs["hard"]
     axes = fates_figure(run).axes[0]

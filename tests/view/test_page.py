@@ -10,7 +10,7 @@ import pytest
 from chromium import errors, requests, show, until
 
 import colonysim
-from colonysim.plots.replay import blocked_edges, follow
+from colonysim.trace.replay import blocked_edges, follow
 from colonysim.view import write_page
 
 

@@ -6,13 +6,15 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from colonysim.world.state import World
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.schema import Event
 
-__all__ = ["Ways", "blocked_edges", "follow"]
+__all__ = ["Ways", "blocked_edges", "follow", "with_boxes"]
 
 
 @dataclass(slots=True)
@@ -51,6 +53,19 @@ def follow(scenario: Scenario, events: Iterable[Event]) -> Ways:
     return ways
 
 
+def with_boxes(scenario: Scenario, boxes: dict[int, int]) -> World:
+    """The place with its boxes elsewhere, and its agents where they start.
+
+    Args:
+        scenario: The place.
+        boxes: The node number that each box is on; boxes that are not named are where they start.
+    """
+    world = World(scenario)
+    for box, node in boxes.items():
+        world.move_box(box, scenario.topology.index[node])
+    return world
+
+
 def blocked_edges(scenario: Scenario, boxes: dict[int, int]) -> list[tuple[int, int]]:
     """The edges whose ends are not level: too high a step for anyone (paper Section 3.3).
 
@@ -58,14 +73,10 @@ def blocked_edges(scenario: Scenario, boxes: dict[int, int]) -> list[tuple[int, 
         scenario: The place.
         boxes: The node number that each box is on.
     """
-    topology = scenario.topology
-    surface = list(topology.z)
-    for box, node in boxes.items():
-        surface[topology.index[node]] += scenario.boxes[box].height
-    blocked = []
-    for i, others in enumerate(topology.neighbours):
-        for j in others:
-            step = surface[j] - surface[i] - topology.rises.get((i, j), 0.0)
-            if i < j and abs(step) >= scenario.reach:
-                blocked.append((topology.ids[i], topology.ids[j]))
-    return blocked
+    world, topology = with_boxes(scenario, boxes), scenario.topology
+    return [
+        (topology.ids[i], topology.ids[j])
+        for i, others in enumerate(topology.neighbours)
+        for j in others
+        if i < j and not world.reachable(i, j)
+    ]
