@@ -29,13 +29,14 @@ if TYPE_CHECKING:
     from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
     from colonysim.scenario.scenario import Scenario
     from colonysim.scenario.schema import scenario_schema
-    from colonysim.simulation import simulate
+    from colonysim.simulation import Colony, simulate
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult, Event
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Colony",
     "ColonysimError",
     "EpisodeResult",
     "Event",
@@ -55,6 +56,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "Colony": "simulation",
     "ColonysimError": "errors",
     "EpisodeResult": "trace.schema",
     "Event": "trace.schema",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ from colonysim.provenance import parts_of
 from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
-from colonysim.simulation import mode_of, simulate
+from colonysim.simulation import Colony, mode_of
 from colonysim.trace.kept import Kept, asked_for, by_size
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
@@ -52,6 +51,7 @@ def run(
     backend_options: Mapping[str, Any] | None = None,
     on_start: Callable[[Run], None] | None = None,
     on_event: Callable[[Event, Run], None] | None = None,
+    on_begin: Callable[[Colony], None] | None = None,
     tap: Tap | None = None,
 ) -> Run:
     """Runs a colony and records it.
@@ -82,6 +82,8 @@ def run(
         backend_options: Keyword arguments for a backend given by name.
         on_start: Called once with the run that is being recorded.
         on_event: Called with each event, and the run with the episodes so far.
+        on_begin: Called once with the colony before its first episode begins: to have it watched and measured
+            (`Colony.on`, `Colony.measure`).
         tap: Is told the rows of all tables while they come.
 
     Returns:
@@ -140,6 +142,7 @@ def run(
         recorded=kept.document(),
         engine=getattr(body, "engine", None),
     )
+    listens = on_event is not None or on_begin is not None or tap is not None
     directory, made = None, _absent(Path("runs") if out is None else Path(out))
     if trace:
         named = policy if policy is not None else scenario.policy
@@ -153,19 +156,17 @@ def run(
         with writer:
             if on_start:
                 on_start(recorded)
-            events = simulate(
+            with Colony(
                 scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
-                initial=start, decisions="decisions" in kept.tables, kinds=None if on_event or tap else ("episode",),
-            )  # fmt: skip
-            try:
-                for event in events:
+                initial=start, decisions="decisions" in kept.tables, kinds=None if listens else ("episode",),
+            ) as colony:  # fmt: skip
+                if on_begin:
+                    on_begin(colony)
+                for event in colony:
                     if on_event:
                         on_event(event, recorded)
                     if tap:
                         writer.share()
-            finally:
-                if isinstance(events, Generator):
-                    events.close()  # the backend too has to end before the trace does
     except Exception:
         if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):
             _take_back(directory, [directory, *made] if out is None else made)

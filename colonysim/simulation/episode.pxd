@@ -44,18 +44,18 @@ cdef class Episode:
     cdef public dict asks
     cdef public set finished, short
     cdef public long long number, acting, armed, timed, max_steps
-    cdef public double now, due, last_outcome, stall, limit, edge_seconds
-    cdef public bint stuck, synchronous, clocked
+    cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
+    cdef public bint stuck, over, synchronous, clocked
     cdef public int goal
     cdef unsigned char[::1] doing, expires
     cdef int[::1] target, box, hole, ends_at, short_waits, spins
     cdef double[::1] began, since
-    cdef long long[::1] steps
+    cdef readonly long long[::1] steps
 
     @cython.locals(view=LocalView, agent=int)
     cdef _prepare(self, number, memories, streams, synchronous)
-    @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double)
-    cdef bint _go_on(self) except? -1
+    @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double, timeout=cython.bint)
+    cpdef bint go_on(self, double until=*) except? -1
     cdef bint _anything_due(self) except? -1
     cdef bint _stalls(self, double due) except? -1
     cpdef _resume(self, int agent)

@@ -21,7 +21,7 @@ from colonysim.world.intents import Wait
 from colonysim.world.state import AgentStatus, nodes_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from colonysim.backends.protocol import Backend
     from colonysim.pheromones.field import Moment
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from colonysim.policies.view import LocalView
     from colonysim.randomness import Streams
     from colonysim.trace.rows import Rows
-    from colonysim.trace.schema import Event
     from colonysim.world.intents import Outcome
     from colonysim.world.state import World
 
@@ -155,7 +154,7 @@ class Episode:
             self.expires[agent] = 0
         self.now = self.due = self.last_outcome = 0.0
         # Agents that act; alarms of agents that will come; waits under way that end at a time of their own.
-        self.stuck, self.acting, self.armed, self.timed = False, 0, 0, 0
+        self.stuck, self.over, self.acting, self.armed, self.timed = False, False, 0, 0, 0
         self.short: set[int] = set()
         self.finished: set[int] = set()
         self.asks.clear()
@@ -169,8 +168,8 @@ class Episode:
         self.env = self.clock = self.waiting = self.timers = self.ticker = None  # type: ignore[assignment]
         self.processes = []
 
-    def run(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> Iterator[Event]:
-        """Runs to the episode's end; yields events as they come out.
+    def begin(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> None:
+        """Puts the agents at their starts; the events of that are `rows.events`.
 
         Args:
             number: The episode's number.
@@ -179,7 +178,7 @@ class Episode:
             synchronous: Whether all agents decide on the same state, and then all move.
         """
         world, rows = self.world, self.rows
-        began = time.perf_counter()
+        self.wall = time.perf_counter()
         rows.begin(number)
         self._prepare(number, memories, streams, synchronous)
         for agent in self._drawn(range(len(self.views))):
@@ -193,10 +192,33 @@ class Episode:
         if self.backend.tick is not None:
             # What it raises reaches the caller itself, where SimPy would build another error like it.
             self.env.process(self.clock.run(self.backend.tick)).callbacks.append(_raise_as_it_was)
-        events = rows.events
-        while self._go_on():
-            yield from events
-            events.clear()
+
+    def go_on(self, until: float = inf) -> bool:
+        """Lets happen what is due until there are events in `rows.events`.
+
+        Args:
+            until: Nothing that is due later than this happens, simulated seconds.
+
+        Returns:
+            Whether there are events. If not, either nothing more is due by `until`, or the episode is `over`.
+        """
+        peek, step, rows, agents = self.env.peek, self.env.step, self.rows, len(self.views)
+        while True:
+            due = self.due = peek() if self._anything_due() else inf
+            timeout = self.limit < due and self.limit <= until
+            if timeout or self._stalls(due) or self.stuck or len(self.finished) == agents:
+                self.over = True
+                return False
+            if due > until:
+                return False
+            # All that a step runs happens at this time; asking the environment each time is slow.
+            self.now = rows.now = due
+            step()
+            if rows.events:
+                return True
+
+    def finish(self) -> None:
+        """Ends the episode that is over: its result and its last event."""
         due, now = self.due, self.now
         if len(self.finished) == len(self.views):
             ended = self._how_it_ended()
@@ -206,22 +228,7 @@ class Episode:
             ended, now = "timeout", self.limit
         self.clock.cancel()
         self.rows.foreign(self.backend.rows())
-        yield from self._close(ended, now, time.perf_counter() - began)
-
-    def _go_on(self) -> bool:
-        """Lets happen what is due until there are events to hand out; returns False once the episode is over."""
-        peek, step, rows, agents = self.env.peek, self.env.step, self.rows, len(self.views)
-        while True:
-            due = self.due = peek() if self._anything_due() else inf
-            if due > self.limit or self._stalls(due):
-                return False
-            if self.stuck or len(self.finished) == agents:
-                return False
-            # All that a step runs happens at this time; asking the environment each time is slow.
-            self.now = rows.now = due
-            step()
-            if rows.events:
-                return True
+        self._close(ended, now, time.perf_counter() - self.wall)
 
     def _anything_due(self) -> bool:
         """Whether anything can still happen: SimPy's queue also holds the timers of waits that have ended before."""
@@ -251,7 +258,7 @@ class Episode:
             return "goal"
         return "max_steps" if AgentStatus.SPENT in states else "lost"
 
-    def _close(self, ended: str, now: float, wall: float) -> Iterator[Event]:
+    def _close(self, ended: str, now: float, wall: float) -> None:
         world = self.world
         arrived = sum(status is AgentStatus.GOAL for status in world.agent_status)
         agents = len(world.agent_status)
@@ -262,8 +269,6 @@ class Episode:
         self.rows.now = now
         self.rows.event("episode", status=ended, step=steps)
         self.rows.close(self.fields, result)
-        yield from self.rows.events
-        self.rows.events.clear()
 
     # -- the process of an agent -----------------------------------------------------------------------------------
 
@@ -413,9 +418,7 @@ class Episode:
             self.short.discard(agent)
         view.waited, view.refused = 0.0, None
         view.failures = 0 if status == "arrived" else view.failures + 1
-        rows.ended(
-            agent, action, origin, node, box, hole, status, reason, self.steps[agent], self.began[agent], now_at
-        )
+        rows.ended(agent, action, origin, node, box, hole, status, reason, self.steps[agent], self.began[agent], now_at)
         if now_at != origin:
             self._deposit("arrive", agent, -1, -1, origin, before)
         elif not lost:

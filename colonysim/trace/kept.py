@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 
 __all__ = ["LAST_FRAMES", "WORDS", "Kept", "asked_for", "by_size", "left_out"]
 
-ALWAYS: tuple[Table, ...] = ("events", "episodes")
+ALWAYS: tuple[Table, ...] = ("events", "episodes", "measurements")
 """Tables that every run has."""
 LAST_FRAMES = "last-frames"
 """Asks for the key frames of the last episode only."""
-WORDS = (*(table for table in get_args(Table) if table != "episodes"), LAST_FRAMES)
+_UNASKED = ("episodes", "measurements")
+WORDS = (*(table for table in get_args(Table) if table not in _UNASKED), LAST_FRAMES)
 """What may be asked for."""
 MOST_ROWS: dict[str, float] = {"decisions": 20e6, "deposits": 20e6, "frames": 5e6}
 """Rows of a table, as they are expected, from which on it is left out or thinned unless it is asked for."""
@@ -66,7 +67,7 @@ class Kept:
 
 
 def asked_for(words: str | Iterable[str]) -> Kept:
-    """What was asked for; events and episodes are always kept.
+    """What was asked for; events, episodes and measurements are always kept.
 
     Args:
         words: Of `WORDS`; as one text, parted by commas.
@@ -76,7 +77,7 @@ def asked_for(words: str | Iterable[str]) -> Kept:
 
     Example:
         >>> asked_for("events,last-frames").tables
-        ('events', 'frames', 'episodes')
+        ('events', 'frames', 'episodes', 'measurements')
     """
     try:
         asked = [*(words.split(",") if isinstance(words, str) else words)]
@@ -84,7 +85,7 @@ def asked_for(words: str | Iterable[str]) -> Kept:
         raise ColonysimError(f"record: {shown(words)}, expected names such as events,decisions") from None
     asked = [word.strip() if isinstance(word, str) else word for word in asked]
     for word in asked:
-        if word not in (*WORDS, "episodes"):
+        if word not in (*WORDS, *_UNASKED):
             raise ColonysimError(f"record: {shown(word)} is nothing that a run keeps; {nearest(str(word), WORDS)}")
     if {"frames", LAST_FRAMES} <= {*asked}:
         raise ColonysimError(f"record: frames are of every episode, {LAST_FRAMES} of the last; leave out one of them")
@@ -138,7 +139,7 @@ def left_out(manifest: Mapping[str, Any], table: Table, episode: int | None = No
     if table in told["tables"] and not last_only:
         return ""
     words = [LAST_FRAMES if name == "frames" and told["frames"] == "last" else name for name in told["tables"]]
-    asked = ",".join(word for word in words if word != "episodes")
+    asked = ",".join(word for word in words if word not in _UNASKED)
     which = f"{table} of episode {episode}" if last_only else table
     why = "" if told["why"] == "asked for" else f" ({told['why']})"
     return f"this run has no {which}: it was recorded with --record {asked}{why}"

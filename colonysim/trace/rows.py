@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from colonysim.pheromones.marks import Marks
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.block import Block
-    from colonysim.trace.schema import EpisodeResult, Sink, Table
+    from colonysim.trace.schema import EpisodeResult, Measurement, Sink, Table
 
 __all__ = ["Rows"]
 
@@ -235,6 +235,11 @@ class Rows:
     def _settle(self, table: Table, block: Block) -> None:
         if self._writer is not None and block.rows >= self._writer.block_rows:
             self._writer.pack(table)
+
+    def measured(self, row: Measurement) -> None:
+        """The user has measured something."""
+        if self._write:
+            self._write("measurements", row)
 
     def foreign(self, rows: Iterable[tuple[str, tuple[object, ...]]]) -> None:
         """Rows that a backend hands over; the episode is put in front of each.

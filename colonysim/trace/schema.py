@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from colonysim.trace.packing import Codes, Packed
 
 __all__ = [
-    "EVENT_KINDS", "TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame", "Sink",
-    "Table", "Tap",
+    "EVENT_KINDS", "TABLES", "VERSION", "Column", "Decision", "Deposit", "EpisodeResult", "Event", "Frame",
+    "Measurement", "Sink", "Table", "Tap",
 ]  # fmt: skip
 
 VERSION = 1
@@ -23,7 +23,7 @@ EVENT_KINDS = ("start", "end", "wait", "goal", "spent", "lost", "episode")
 """The kinds of an `Event`."""
 
 Column: TypeAlias = Literal["int", "float", "text", "bool", "ints", "floats"]
-Table: TypeAlias = Literal["events", "decisions", "deposits", "poses", "controls", "frames", "episodes"]
+Table: TypeAlias = Literal["events", "decisions", "deposits", "poses", "controls", "frames", "episodes", "measurements"]
 
 
 class Event(NamedTuple):
@@ -121,6 +121,22 @@ class EpisodeResult(NamedTuple):
     wall_seconds: float
 
 
+class Measurement(NamedTuple):
+    """A value of something that the user measures, see `Colony.measure`.
+
+    Attributes:
+        episode: Counted from 1.
+        time: Simulated seconds since the episode's start.
+        name: What was measured.
+        value: The value; may be no number (nan).
+    """
+
+    episode: int
+    time: float
+    name: str
+    value: float
+
+
 TABLES: dict[Table, dict[str, Column]] = {
     "events": {
         "episode": "int", "time": "float", "kind": "text", "agent": "int", "action": "text", "node": "int",
@@ -147,6 +163,7 @@ TABLES: dict[Table, dict[str, Column]] = {
         "episode": "int", "steps": "int", "success": "float", "ended": "text", "sim_seconds": "float",
         "seated": "int", "wall_seconds": "float",
     },
+    "measurements": {"episode": "int", "time": "float", "name": "text", "value": "float"},
 }  # fmt: skip
 
 

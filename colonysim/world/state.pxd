@@ -33,6 +33,7 @@ cdef class World:
     @cython.locals(terrain=Terrain, edge=int, j=int)
     cpdef bint box_at_hand(self, int node) except? -1
     cpdef double headroom(self, int hole) except? -1
+    cpdef bint filled(self, int hole) except? -1
     cpdef double base_of(self, int box, int node) except? -1
     @cython.locals(box=int)
     cpdef int held_box(self, int agent) except? -2

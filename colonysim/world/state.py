@@ -229,6 +229,10 @@ class World:
         """How far the surface in `hole` lies below the hole's rim; negative for a hill."""
         return self.rim[hole] - self.surface[self.hole_node[hole]]
 
+    def filled(self, hole: int) -> bool:
+        """Whether the surface in `hole` is level with the hole's rim."""
+        return self.terrain.is_level(self.headroom(hole))
+
     def base_of(self, box: int, node: int) -> float:
         """The height of the underside of `box`, if it stands on `node`, else the one that it would have there."""
         return self.box_base[box] if self.box_node[box] == node else self.surface[node]

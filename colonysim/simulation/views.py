@@ -1,0 +1,290 @@
+"""What a running colony shows of itself: agents, boxes, pheromone fields and the place, read-only, as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import networkx as nx
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from colonysim.pheromones.field import Field
+    from colonysim.policies.view import LocalView
+    from colonysim.simulation.episode import Episode
+    from colonysim.world.state import World
+
+__all__ = ["AgentsView", "BoxesView", "FieldView", "FieldsView", "WorldView"]
+
+
+def _array(values: Any, kind: str) -> NDArray[Any]:
+    """A copy that does not change when the colony goes on."""
+    import numpy as np
+
+    made: NDArray[Any] = np.array(values, dtype=kind)
+    made.flags.writeable = False
+    return made
+
+
+class _OfWorld:
+    """Something of a world; node numbers are those of the scenario's file."""
+
+    __slots__ = ("_world",)
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def _numbers(self, nodes: Sequence[int]) -> NDArray[np.int64]:
+        ids = self._world.topology.ids
+        return _array([ids[node] for node in nodes], "int64")
+
+    def _places(self, nodes: Sequence[int], heights: Sequence[float]) -> NDArray[np.float64]:
+        topology = self._world.topology
+        return _array(
+            [(topology.x[i], topology.y[i], z) for i, z in zip(nodes, heights, strict=True)], "float64"
+        ).reshape(-1, 3)
+
+
+class AgentsView(_OfWorld):
+    """All agents of a colony as they are now; each property is a new array with one value an agent.
+
+    Example:
+        ```python
+        colony.agents.position[:, :2]  # where they are on the map
+        (colony.agents.status == "goal").mean()  # the share that has arrived
+        ```
+    """
+
+    __slots__ = ("_episode", "_views")
+
+    def __init__(self, world: World, episode: Episode, views: Sequence[LocalView]) -> None:
+        super().__init__(world)
+        self._episode, self._views = episode, views
+
+    def __len__(self) -> int:
+        return len(self._world.agent_node)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} agents: " + ", ".join(self.status) + ">"
+
+    @property
+    def node(self) -> NDArray[np.int64]:
+        """Number of the node that each agent is on, or comes from while it is under way."""
+        return self._numbers(self._world.agent_node)
+
+    @property
+    def level(self) -> NDArray[np.float64]:
+        """Height that each agent stands at, graph units."""
+        return _array([self._world.level(agent) for agent in range(len(self))], "float64")
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """x, y and z of each agent's node and level, graph units; shape (agents, 3)."""
+        return self._places(self._world.agent_node, [self._world.level(agent) for agent in range(len(self))])
+
+    @property
+    def held_box(self) -> NDArray[np.int64]:
+        """The box that each agent holds, -1 for none."""
+        return _array([self._world.held_box(agent) for agent in range(len(self))], "int64")
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """What each agent can still do in this episode: "active", "goal", "spent" or "lost"."""
+        return _array([status.value for status in self._world.agent_status], "U6")
+
+    @property
+    def steps(self) -> NDArray[np.int64]:
+        """Steps that each agent has begun in this episode."""
+        return _array(self._episode.steps, "int64")
+
+    @property
+    def waited(self) -> NDArray[np.float64]:
+        """How long each agent had waited since its last action when it last looked, in travelled edges' time."""
+        return _array([view.waited for view in self._views], "float64")
+
+
+class BoxesView(_OfWorld):
+    """All boxes of a colony as they are now; each property is a new array with one value a box."""
+
+    __slots__ = ()
+
+    def __len__(self) -> int:
+        return len(self._world.box_node)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} boxes, {self._world.seated()} in holes>"
+
+    @property
+    def node(self) -> NDArray[np.int64]:
+        """Number of the node that each box is on."""
+        return self._numbers(self._world.box_node)
+
+    @property
+    def height(self) -> NDArray[np.float64]:
+        """How high each box is, graph units."""
+        return _array(self._world.box_height, "float64")
+
+    @property
+    def base(self) -> NDArray[np.float64]:
+        """Height of each box's underside, graph units."""
+        return _array(self._world.box_base, "float64")
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """x, y and z of each box's node and underside, graph units; shape (boxes, 3)."""
+        return self._places(self._world.box_node, self._world.box_base)
+
+    @property
+    def holder(self) -> NDArray[np.int64]:
+        """The agent that holds each box, -1 for none."""
+        return _array(self._world.box_claim, "int64")
+
+    @property
+    def stray(self) -> NDArray[np.bool_]:
+        """Whether each box lies off its node (physics only)."""
+        return _array(self._world.box_stray, "bool")
+
+
+class WorldView(_OfWorld):
+    """The place as it is now; arrays have one value a node, in the order of the scenario's file."""
+
+    __slots__ = ()
+
+    def __len__(self) -> int:
+        return len(self._world.topology)
+
+    def __repr__(self) -> str:
+        return f"<place of {len(self)} nodes, {len(self._world.hole_node)} holes>"
+
+    @property
+    def node(self) -> NDArray[np.int64]:
+        """Number of each node."""
+        return _array(self._world.topology.ids, "int64")
+
+    @property
+    def surface(self) -> NDArray[np.float64]:
+        """Height of each node's surface with the boxes on it, graph units."""
+        return _array(self._world.surface, "float64")
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """x, y and surface of each node, graph units; shape (nodes, 3)."""
+        return self._places(range(len(self)), self._world.surface)
+
+    @property
+    def occupant(self) -> NDArray[np.int64]:
+        """The agent whose body is on each node, -1 for none."""
+        return _array(self._world.occupant, "int64")
+
+    @property
+    def holes(self) -> NDArray[np.int64]:
+        """Number of each hole's node."""
+        return self._numbers(self._world.hole_node)
+
+    @property
+    def filled(self) -> NDArray[np.bool_]:
+        """Whether each hole can be walked over: its surface and its rim are level."""
+        world = self._world
+        return _array([world.filled(hole) for hole in range(len(world.hole_node))], "bool")
+
+    @property
+    def goal(self) -> int:
+        """Number of the goal's node."""
+        return self._world.topology.ids[self._world.scenario.goal]
+
+    @property
+    def graph(self) -> nx.Graph[int]:
+        """The place without its boxes as a NetworkX graph, keyed by node numbers; a copy."""
+        return self._world.topology.graph.copy()
+
+    def reachable(self, origin: int, target: int) -> bool:
+        """Whether an agent on the surface of a node could travel to its neighbour now.
+
+        Args:
+            origin: Number of the node.
+            target: Number of the neighbour; False if no edge leads there.
+        """
+        index = self._world.topology.index
+        return self._world.reachable(index[origin], index[target])
+
+
+class FieldView(_OfWorld):
+    """One pheromone field as it is now.
+
+    Attributes:
+        name: Its name.
+        by_box: Whether its values belong to boxes instead of nodes.
+    """
+
+    __slots__ = ("_field", "by_box", "name")
+
+    def __init__(self, world: World, field: Field) -> None:
+        super().__init__(world)
+        self._field = field
+        self.name, self.by_box = field.name, bool(field.by_box)
+
+    def __repr__(self) -> str:
+        return f"<field {self.name}: {len(self.items())} values>"
+
+    def at(self, place: int, hole: int = -1) -> float:
+        """One value.
+
+        Args:
+            place: Number of a node, or of a box for a field of boxes.
+            hole: Number of a hole's node for a field that has a value for each; -1 for none.
+
+        Raises:
+            KeyError: There is no such node, box or hole.
+        """
+        world = self._world
+        key = -1
+        if hole >= 0:
+            key = world.hole_at[world.topology.index[hole]]
+            if key < 0:
+                raise KeyError(f"no hole at node {hole}")
+        if not self.by_box:
+            return self._field.at(world.topology.index[place], key)
+        if not 0 <= place < len(world.box_node):
+            raise KeyError(f"no box {place}")
+        return self._field.at(place, key)
+
+    def items(self) -> dict[tuple[int, int], float]:
+        """All values that count: {(node or box, hole's node or -1): value}."""
+        world, ids = self._world, self._world.topology.ids
+        return {
+            (place if self.by_box else ids[place], ids[world.hole_node[key]] if key >= 0 else -1): value
+            for place, key, value in self._field.frame()
+        }
+
+    def values(self, hole: int = -1) -> NDArray[np.float64]:
+        """The value at every node, or of every box, in their order.
+
+        Args:
+            hole: As for `at`.
+        """
+        places = range(len(self._world.box_node)) if self.by_box else self._world.topology.ids
+        return _array([self.at(place, hole) for place in places], "float64")
+
+
+class FieldsView(Mapping[str, FieldView]):
+    """The pheromone fields of a colony by name."""
+
+    __slots__ = ("_fields",)
+
+    def __init__(self, world: World, fields: Mapping[str, Field]) -> None:
+        self._fields = {name: FieldView(world, field) for name, field in fields.items()}
+
+    def __getitem__(self, name: str) -> FieldView:
+        return self._fields[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._fields)
+
+    def __len__(self) -> int:
+        return len(self._fields)
+
+    def __repr__(self) -> str:
+        return f"<fields {', '.join(self._fields) or '(none)'}>"
