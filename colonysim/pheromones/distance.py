@@ -146,7 +146,9 @@ class Distance(Marks):
     def mark(self, visit: Visit) -> int:
         """Algorithm 2 on the visited node."""
         self._wrote = 0
-        if visit.moment == "claim" or (visit.moment == "start" and not self._at_start):
+        moment = visit.moment
+        # Most are arrivals: to compare a string with itself is cheap.
+        if moment != "arrive" and (moment == "claim" or (moment == "start" and not self._at_start)):
             return 0
         node = visit.node
         self._update(node, visit.level)

@@ -121,7 +121,8 @@ class HoleTrail(Marks):
     def mark(self, visit: Visit) -> int:
         """Algorithm 5 on the visited node."""
         self._wrote = 0
-        if visit.moment == "claim" or not self._any:
+        # Most visits are arrivals: to compare a string with itself is cheap.
+        if not self._any or (visit.moment != "arrive" and visit.moment == "claim"):
             return 0
         if not 0 <= visit.node < len(self._start):
             raise IndexError(f"there is no node {visit.node}")

@@ -2,7 +2,7 @@
 # Memory is imported by others from here: under its own name it would be a type only.
 cimport cython
 from colonysim.policies.choice cimport pick, weigh
-from colonysim.policies.decision cimport Decider, Decision, Memory as Kept, Options, new_decision, new_memory
+from colonysim.policies.decision cimport Decider, Decision, Memory as Kept, Options, Stream as Drawn, new_decision, new_memory
 from colonysim.policies.view cimport FieldWindow, LocalView
 
 
@@ -25,7 +25,7 @@ cdef class Stigmergy(Decider):
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
 
-    cpdef Decision think(self, LocalView view, memory, random)
+    cpdef Decision think(self, LocalView view, memory, Drawn stream)
     @cython.locals(carried=Decision, dropped=int)
     cdef Decision _think(self, LocalView view, Kept memory, draw)
     @cython.locals(box=int, hole=int, node=int, way=tuple, decision=Decision, vain=int)

@@ -10,7 +10,7 @@ from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, ext
 from colonysim.pheromones.distance import farthest
 from colonysim.plugins import make_field
 from colonysim.policies.choice import pick, weigh
-from colonysim.policies.decision import Decider, Decision, Memory, Options, new_decision, new_memory
+from colonysim.policies.decision import Decider, Decision, Memory, Options, Stream, new_decision, new_memory
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
 from colonysim.world.intents import Wait
@@ -129,15 +129,15 @@ class Stigmergy(Decider):
         decay = s.epsilon_decay if s.epsilon_per == "episode" else 1.0
         return Memory(max(s.epsilon_floor, memory.epsilon * decay))
 
-    def think(self, view: LocalView, memory: Memory, random: random.Random) -> Decision:
+    def think(self, view: LocalView, memory: Memory, stream: Stream) -> Decision:
         """Algorithm 9 for one agent.
 
         Raises:
-            TypeError: There is no view, or the memory is none of `begin`.
+            TypeError: There is no view or stream, or the memory is none of `begin`.
         """
-        if view is None or type(memory) is not Memory:  # compiled code would not look, and end the interpreter
-            raise TypeError("a view and a memory are needed to decide")
-        return self._think(view, memory, random.random)
+        if view is None or stream is None or type(memory) is not Memory:  # compiled code would end the interpreter
+            raise TypeError("a view, a memory and a stream are needed to decide")
+        return self._think(view, memory, stream.draw)
 
     def _think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
         """Algorithm 9; `draw` returns the next number of the agent's stream, 0 <= draw() < 1."""
