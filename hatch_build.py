@@ -62,7 +62,7 @@ HOT = (
     "colonysim/world/terrain.py",
 )
 
-DEEPLY = ("pheromones", "policies", "simulation", "world")
+DEEPLY = ("colonysim", "pheromones", "policies", "simulation", "world")
 """In these folders a second level of optimisation makes colonies a twentieth faster; the rest is compiled sooner."""
 
 RECORD = "colonysim/compiled.json"

@@ -1,3 +1,4 @@
+# cython: initializedcheck=False
 """Exponential and logarithm from additions and multiplications only.
 
 The C library's and NumPy's versions differ in the last bit between processors. A last bit can turn a choice, and
@@ -5,6 +6,8 @@ with it the whole rest of a run; these give the same bits wherever floats follow
 """
 
 from __future__ import annotations
+
+from array import array
 
 __all__ = ["exp", "log"]
 
@@ -21,7 +24,7 @@ C2, C3, C4, C5, C6, C7, C8, C9, C10, C11, C12, C13 = (
 
 # Powers of 2, the smallest of them subnormal: a product with one of them rounds once.
 DEEPEST = 1074
-POWERS = [2.0**k for k in range(-DEEPEST, 1024)]
+POWERS = array("d", [2.0**k for k in range(-DEEPEST, 1024)])
 
 
 def exp(x: float) -> float:

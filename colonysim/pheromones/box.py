@@ -84,13 +84,12 @@ class BoxWorth(Marks):
         self._wrote = 0
         if self._holes == 0:
             return 0
-        if visit.moment == "claim":
-            if visit.hole >= 0:  # a box may be taken to be passed, not to be pushed
-                self._set(visit.box, visit.hole, self.at(visit.box, visit.hole) * self._decay)
-        elif visit.moment == "arrive":
+        if visit.moment == "arrive":
             hole = self._crossed(visit.node, visit.left, visit.before)
             if hole >= 0:
                 self._credit(hole, visit.agent)
+        elif visit.moment == "claim" and visit.hole >= 0:  # a box may be taken to be passed, not to be pushed
+            self._set(visit.box, visit.hole, self.at(visit.box, visit.hole) * self._decay)
         return self._wrote
 
     def _set(self, box: int, hole: int, value: float) -> None:

@@ -29,12 +29,12 @@ cdef class Distance(Marks):
     cpdef frame(self)
     @cython.locals(value=double)
     cpdef double at(self, int node, int key=*) except? -1
-    @cython.locals(node=int)
+    @cython.locals(node=int, moment=str)
     cpdef int mark(self, Visit visit) except -1
     @cython.locals(node=int, before=double, surface="double[::1]")
     cdef int _sweep(self, int done) except -1
     @cython.locals(
-        terrain=Terrain, d="double[::1]", official="unsigned char[::1]", best=double, best_official=double, edge=int, j=int,
+        terrain=Terrain, best=double, best_official=double, edge=int, j=int,
         through=double, value=double,
     )
     cpdef _update(self, int node, double level)

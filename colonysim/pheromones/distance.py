@@ -146,7 +146,9 @@ class Distance(Marks):
     def mark(self, visit: Visit) -> int:
         """Algorithm 2 on the visited node."""
         self._wrote = 0
-        if visit.moment == "claim" or (visit.moment == "start" and not self._at_start):
+        moment = visit.moment
+        # Most are arrivals: to compare a string with itself is cheap.
+        if moment != "arrive" and (moment == "claim" or (moment == "start" and not self._at_start)):
             return 0
         node = visit.node
         self._update(node, visit.level)
@@ -167,24 +169,24 @@ class Distance(Marks):
 
     def _update(self, node: int, level: float) -> None:
         """Algorithm 2 on one node, for an agent at height `level` on it."""
-        terrain, d, official = self._world.terrain, self.d, self.official
+        terrain = self._world.terrain
         self.visited[node] = 1
         if node == self._goal:
-            d[node], official[node] = 0.0, 1
+            self.d[node], self.official[node] = 0.0, 1
             return
         best = best_official = UNKNOWN
         for edge in range(terrain.first[node], terrain.first[node + 1]):
             if terrain.leads(level, edge):
                 j = terrain.ends[edge]
-                through = d[j] + terrain.lengths[edge]
+                through = self.d[j] + terrain.lengths[edge]
                 if through < best:
                     best = through
-                if through < best_official and official[j]:
+                if through < best_official and self.official[j]:
                     best_official = through
         if best_official < UNKNOWN:
-            official[node] = 1
+            self.official[node] = 1
         value = best if self.lrta else best_official
-        d[node] = value if value < UNKNOWN else self.straight[node]
+        self.d[node] = value if value < UNKNOWN else self.straight[node]
 
     def end_episode(self) -> None:
         """Changes nothing: distances outlive the episode, as the place is the same."""

@@ -19,3 +19,4 @@ cdef class Exploration(Marks):
     cpdef double at(self, int node, int key=*) except? -1
     @cython.locals(node=int, moment=str)
     cpdef int mark(self, Visit visit) except -1
+    cdef bint _counts(self, str moment) except? -1

@@ -13,7 +13,7 @@ from colonysim.pheromones.marks import Marks
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from colonysim.pheromones.field import Visit
+    from colonysim.pheromones.field import Moment, Visit
     from colonysim.world.state import World
 
 __all__ = ["Exploration"]
@@ -71,13 +71,17 @@ class Exploration(Marks):
     def mark(self, visit: Visit) -> int:
         """E grows by 1 at each visit."""
         moment, node = visit.moment, visit.node
-        if moment == "claim" or (moment == "wait" and not self._on_wait) or (moment == "start" and not self._at_start):
+        if moment != "arrive" and not self._counts(moment):
             return 0
         self.stored[node] += 1.0 / self.scale
         self.visited[node] = 1
         self._wrote = 0
         self._note(node, -1, self.at(node))
         return 1
+
+    def _counts(self, moment: Moment) -> bool:
+        """Whether a visit that is no arrival leaves a mark."""
+        return (moment == "wait" and self._on_wait) or (moment == "start" and self._at_start)
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""

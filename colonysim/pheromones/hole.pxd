@@ -33,7 +33,7 @@ cdef class HoleTrail(Marks):
     cpdef double value(self, int i) except? -1
     cdef _update(self, int node, double level)
     @cython.locals(
-        visibility=Visibility, aged=double, best="double[::1]", found="int[::1]", place="int[::1]", count=int, near=int, hole=int,
+        visibility=Visibility, aged=double, count=int, near=int, hole=int,
         length=double, far=double, through=double, edge=int, j=int, terrain=Terrain, start=int, k=int, i=int,
     )
     cdef int _update_max(self, int node, double level) except -1

@@ -121,7 +121,8 @@ class HoleTrail(Marks):
     def mark(self, visit: Visit) -> int:
         """Algorithm 5 on the visited node."""
         self._wrote = 0
-        if visit.moment == "claim" or not self._any:
+        # Most visits are arrivals: to compare a string with itself is cheap.
+        if not self._any or (visit.moment != "arrive" and visit.moment == "claim"):
             return 0
         if not 0 <= visit.node < len(self._start):
             raise IndexError(f"there is no node {visit.node}")
@@ -147,11 +148,11 @@ class HoleTrail(Marks):
     def _update_max(self, node: int, level: float) -> None:
         """The rule "max": each trail becomes the larger of its H and exp(-edge) times that of reachable neighbours."""
         visibility, terrain, aged = self._world.visibility(), self._world.terrain, self._aged
-        best, found, place, count = self._best, self._found, self._place, 0
+        count = 0
         near = visibility.find_holes(node)
         for k in range(visibility.holes_start, visibility.holes_start + near):
             hole = visibility.hole_keys[k]
-            best[hole], found[count] = 0.0, hole
+            self._best[hole], self._found[count] = 0.0, hole
             count += 1
         for edge in range(terrain.first[node], terrain.first[node + 1]):
             j, length = terrain.ends[edge], terrain.lengths[edge]
@@ -159,17 +160,17 @@ class HoleTrail(Marks):
                 start = self._start[j]
                 for k in range(start, start + self._count[j]):
                     hole, through = self._holes[k], self._fars[k] + aged + length
-                    if through < best[hole]:
-                        if best[hole] == FARTHEST:
-                            found[count] = hole
+                    if through < self._best[hole]:
+                        if self._best[hole] == FARTHEST:
+                            self._found[count] = hole
                             count += 1
-                        best[hole] = through
+                        self._best[hole] = through
         start = self._start[node]
         for k in range(start, start + self._count[node]):
-            place[self._holes[k]] = k - start
+            self._place[self._holes[k]] = k - start
         for i in range(count):
-            hole = found[i]
-            far, best[hole], k = best[hole], FARTHEST, place[hole]
+            hole = self._found[i]
+            far, self._best[hole], k = self._best[hole], FARTHEST, self._place[hole]
             if k < 0:
                 self._append(node, hole, far - aged)  # which may move the others
             elif far < self._fars[self._start[node] + k] + aged:
@@ -179,7 +180,7 @@ class HoleTrail(Marks):
             self._note(node, hole, far)
         start = self._start[node]
         for k in range(start, start + self._count[node]):
-            place[self._holes[k]] = -1
+            self._place[self._holes[k]] = -1
 
     def _append(self, node: int, hole: int, far: float) -> None:
         """Adds a trail to a node; if there is no room beside its others, all of them move to the end of the arrays."""

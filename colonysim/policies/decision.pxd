@@ -43,5 +43,10 @@ cdef class Decision:
 cpdef Decision new_decision(memory)
 
 
+@cython.final
+cdef class Stream:
+    cdef readonly object generator, draw
+
+
 cdef class Decider:
-    cpdef Decision think(self, LocalView view, memory, random)
+    cpdef Decision think(self, LocalView view, memory, Stream stream)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from colonysim.world.intents import Intent
     from colonysim.world.state import World
 
-__all__ = ["Decider", "Decision", "Memory", "Options", "new_decision", "new_memory"]
+__all__ = ["Decider", "Decision", "Memory", "Options", "Stream", "new_decision", "new_memory"]
 
 
 @dataclass(unsafe_hash=True)
@@ -140,6 +140,23 @@ def new_decision(memory: Any) -> Decision:
     return decision
 
 
+class Stream:
+    """An agent's random stream; to look up `random` for each decision takes longer than to draw a number.
+
+    Args:
+        generator: What `Policy.decide` is given.
+
+    Attributes:
+        generator: The same.
+        draw: Returns the next number, 0 <= draw() < 1.
+    """
+
+    __slots__ = ("draw", "generator")
+
+    def __init__(self, generator: random.Random) -> None:
+        self.generator, self.draw = generator, generator.random
+
+
 class Decider:
     """A policy as the simulation calls it: `think` returns the raw decision, and `decide` wraps it in a `Choice`.
 
@@ -157,10 +174,10 @@ class Decider:
         """See `Policy.begin`."""
         raise NotImplementedError
 
-    def think(self, view: LocalView, memory: Any, random: random.Random) -> Decision:
+    def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """The raw decision of an agent; arguments as in `Policy.decide`."""
         raise NotImplementedError
 
     def decide(self, view: LocalView, memory: Any, random: random.Random) -> Choice:
         """See `Policy.decide`."""
-        return self.think(view, memory, random).as_choice(view)
+        return self.think(view, memory, Stream(random)).as_choice(view)

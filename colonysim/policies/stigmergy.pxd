@@ -2,7 +2,7 @@
 # Memory is imported by others from here: under its own name it would be a type only.
 cimport cython
 from colonysim.policies.choice cimport pick, weigh
-from colonysim.policies.decision cimport Decider, Decision, Memory as Kept, Options, new_decision, new_memory
+from colonysim.policies.decision cimport Decider, Decision, Memory as Kept, Options, Stream as Drawn, new_decision, new_memory
 from colonysim.policies.view cimport FieldWindow, LocalView
 
 
@@ -25,7 +25,7 @@ cdef class Stigmergy(Decider):
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
 
-    cpdef Decision think(self, LocalView view, memory, random)
+    cpdef Decision think(self, LocalView view, memory, Drawn stream)
     @cython.locals(carried=Decision, dropped=int)
     cdef Decision _think(self, LocalView view, Kept memory, draw)
     @cython.locals(box=int, hole=int, node=int, way=tuple, decision=Decision, vain=int)
@@ -33,20 +33,20 @@ cdef class Stigmergy(Decider):
     cdef bint _impatient(self, LocalView view)
     @cython.locals(
         at=int, best=int, best_scent=double, scent=double, trail=FieldWindow, way=tuple, rest=tuple, slides=cython.bint,
-        pushes="int[::1]", i=int,
+        i=int,
     )
     cdef tuple _way(self, LocalView view, int box, int hole, tuple planned=*, int count=*)
     cdef tuple _likely_way(self, LocalView view, int box, int hole, tuple way, tuple planned=*)
     cpdef bint _has_room(self, LocalView view, int box, int hole) except? -1
-    @cython.locals(nodes="int[::1]", count=int, every=int, i=int, j=int, requested=cython.bint)
+    @cython.locals(count=int, every=int, i=int, j=int, requested=cython.bint)
     cdef Decision _choose(self, LocalView view, Kept memory, draw)
     @cython.locals(
-        box=int, first=int, worth=FieldWindow, worths="double[::1]", found=list, hole=int, chosen=int, i=int, way=tuple, some=cython.bint,
+        box=int, first=int, worth=FieldWindow, found=list, hole=int, chosen=int, i=int, way=tuple, some=cython.bint,
         useless=list, past=cython.bint,
     )
     cdef Decision _exploit(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
-        i=int, options=int, nodes="int[::1]", boxes="int[::1]", values="double[::1]", nearness=FieldWindow, decision=Decision,
+        i=int, options=int, nearness=FieldWindow, decision=Decision,
         node=int, beside=int,
     )
     cdef Decision _follow_distance(
@@ -63,22 +63,22 @@ cdef class Stigmergy(Decider):
     cpdef list _targets(self, LocalView view, Kept memory, int box, int from_node)
     cdef list _feasible(self, LocalView view, int box, list found)
     @cython.locals(
-        holes="int[::1]", marked="unsigned char[::1]", count=int, hole=int, trail=FieldWindow, i=int, place=int,
+        count=int, hole=int, trail=FieldWindow, i=int, place=int,
     )
     cdef int _candidates(self, LocalView view, Kept memory, int box, int at, int pushable) except -1
     @cython.locals(
-        box=int, j=int, i=int, beside="int[::1]", nodes="int[::1]", boxes="int[::1]", values="double[::1]", chosen=int, hole=int, way=tuple,
+        box=int, j=int, i=int, chosen=int, hole=int, way=tuple,
         decision=Decision, targets=dict, found=list, holes=list, epsilon=double, crowding=FieldWindow,
     )
     cdef Decision _explore(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(vain="long long", passed=int)
     cdef Decision _look_about(self, LocalView view, Kept memory, draw, int count)
     @cython.locals(
-        nodes="int[::1]", boxes="int[::1]", values="double[::1]", beside="int[::1]", pushes="int[::1]", i=int, j=int,
+        i=int, j=int,
         box=int, decision=Decision, crowding=FieldWindow,
     )
     cdef Decision _roam(self, LocalView view, Kept memory, draw, int count)
-    @cython.locals(nodes="int[::1]", boxes="int[::1]", place=int, i=int)
+    @cython.locals(place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
     cdef Decision _weighed(self, Decision decision, int count)
     cdef dict _boxes_to_pass(self, LocalView view, Kept memory)

@@ -10,13 +10,12 @@ from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, ext
 from colonysim.pheromones.distance import farthest
 from colonysim.plugins import make_field
 from colonysim.policies.choice import pick, weigh
-from colonysim.policies.decision import Decider, Decision, Memory, Options, new_decision, new_memory
+from colonysim.policies.decision import Decider, Decision, Memory, Options, Stream, new_decision, new_memory
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
 from colonysim.world.intents import Wait
 
 if TYPE_CHECKING:
-    import random
     from collections.abc import Callable, Mapping
 
     from colonysim.pheromones.field import Field
@@ -129,15 +128,15 @@ class Stigmergy(Decider):
         decay = s.epsilon_decay if s.epsilon_per == "episode" else 1.0
         return Memory(max(s.epsilon_floor, memory.epsilon * decay))
 
-    def think(self, view: LocalView, memory: Memory, random: random.Random) -> Decision:
+    def think(self, view: LocalView, memory: Memory, stream: Stream) -> Decision:
         """Algorithm 9 for one agent.
 
         Raises:
-            TypeError: There is no view, or the memory is none of `begin`.
+            TypeError: There is no view or stream, or the memory is none of `begin`.
         """
-        if view is None or type(memory) is not Memory:  # compiled code would not look, and end the interpreter
-            raise TypeError("a view and a memory are needed to decide")
-        return self._think(view, memory, random.random)
+        if view is None or stream is None or type(memory) is not Memory:  # compiled code would end the interpreter
+            raise TypeError("a view, a memory and a stream are needed to decide")
+        return self._think(view, memory, stream.draw)
 
     def _think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
         """Algorithm 9; `draw` returns the next number of the agent's stream, 0 <= draw() < 1."""
@@ -215,12 +214,12 @@ class Stigmergy(Decider):
                 return rest
         if count < 0:
             count = view.pushes_into(box, self._goal, self._pushes)
-        trail, pushes = view.h, self._pushes
+        trail = view.h
         best, best_scent = -1, trail.read(at, hole)
         for i in range(count):
-            scent = trail.read(pushes[i], hole)
+            scent = trail.read(self._pushes[i], hole)
             if scent > best_scent:
-                best, best_scent = pushes[i], scent
+                best, best_scent = self._pushes[i], scent
         return (at, best) if best >= 0 else ()
 
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
@@ -282,27 +281,26 @@ class Stigmergy(Decider):
         Returns:
             How many holes there are.
         """
-        holes, marked = self._holes, self._marked
         if self._marking:  # the last call ended with an error
             for hole in range(self._most_holes):
-                marked[hole] = 0
+                self._marked[hole] = 0
         self._marking = True
-        count = view.holes_into(holes, at if self._from_box else view.node)
+        count = view.holes_into(self._holes, at if self._from_box else view.node)
         for i in range(count):
-            marked[holes[i]] = 1
+            self._marked[self._holes[i]] = 1
         trail = view.h
         for i in range(pushable):
-            count = trail.gather(self._pushes[i], holes, count, marked)
-        if memory.sought == box and not marked[memory.hole]:
-            holes[count], marked[memory.hole] = memory.hole, 1
+            count = trail.gather(self._pushes[i], self._holes, count, self._marked)
+        if memory.sought == box and not self._marked[memory.hole]:
+            self._holes[count], self._marked[memory.hole] = memory.hole, 1
             count += 1
         for i in range(count):
-            hole, place = holes[i], i
-            marked[hole] = 0
-            while place > 0 and holes[place - 1] > hole:
-                holes[place] = holes[place - 1]
+            hole, place = self._holes[i], i
+            self._marked[hole] = 0
+            while place > 0 and self._holes[place - 1] > hole:
+                self._holes[place] = self._holes[place - 1]
                 place -= 1
-            holes[place] = hole
+            self._holes[place] = hole
         self._marking = False
         return count
 
@@ -310,13 +308,13 @@ class Stigmergy(Decider):
 
     def _choose(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
         """The decision of an agent without a box: makes way for a carrier, explores (E) or exploits (D and B)."""
-        nodes, count, requested = self._nodes, view.exits_into(self._nodes), view.requested()
+        count, requested = view.exits_into(self._nodes), view.requested()
         if self._two_node or (self._ask_to_clear and requested):
             every, count = count, 0
             for i in range(every):
-                j = nodes[i]
+                j = self._nodes[i]
                 if not (self._two_node and view.crowded(j)) and not (self._ask_to_clear and view.wanted(j)):
-                    nodes[count] = j
+                    self._nodes[count] = j
                     count += 1
         if count and requested and view.wanted(view.node):
             return self._follow_distance(view, memory, draw, count)
@@ -326,13 +324,11 @@ class Stigmergy(Decider):
 
     def _explore(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """Chooses by E among the `count` neighbours in `_nodes` and the adjacent boxes that could go to a hole."""
-        nodes, boxes, values = self._nodes, self._boxes, self._values
         for i in range(count):
-            boxes[i] = -1
+            self._boxes[i] = -1
         targets: dict[int, list[tuple[int, Way]]] = {}
-        beside = self._beside
-        for i in range(view.boxes_beside(beside)):
-            j, box = beside[i], view.top_box(beside[i])
+        for i in range(view.boxes_beside(self._beside)):
+            j, box = self._beside[i], view.top_box(self._beside[i])
             if box != memory.shunned and view.graspable_from(view.node, box) and self._allowed(view, j):
                 found = self._targets(view, memory, box, j)
                 if found:
@@ -349,15 +345,15 @@ class Stigmergy(Decider):
             return self._follow_distance(view, memory, draw, count)
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding.read(nodes[i])
-        weigh(values, count, self._beta)
-        chosen = pick(values, count, draw())
+            self._values[i] = -crowding.read(self._nodes[i])
+        weigh(self._values, count, self._beta)
+        chosen = pick(self._values, count, draw())
         decision = new_decision(memory)
-        decision.node = nodes[chosen]
-        if boxes[chosen] >= 0:
-            holes = targets[nodes[chosen]]
+        decision.node = self._nodes[chosen]
+        if self._boxes[chosen] >= 0:
+            holes = targets[self._nodes[chosen]]
             hole, way = holes[int(draw() * len(holes))]
-            decision = self._claim(view, memory, boxes[chosen], hole, way)
+            decision = self._claim(view, memory, self._boxes[chosen], hole, way)
         decision.explored = True
         return self._weighed(decision, count)
 
@@ -381,20 +377,19 @@ class Stigmergy(Decider):
         These are the `count` neighbours in `_nodes`, adjacent boxes that the agent could take hold of, and pushes of
         the box on its node with which it stays level.
         """
-        nodes, boxes, values, beside, pushes = self._nodes, self._boxes, self._values, self._beside, self._pushes
         for i in range(count):
-            boxes[i] = -1
-        for i in range(view.boxes_beside(beside)):
-            j, box = beside[i], view.top_box(beside[i])
+            self._boxes[i] = -1
+        for i in range(view.boxes_beside(self._beside)):
+            j, box = self._beside[i], view.top_box(self._beside[i])
             if box != memory.shunned and view.graspable_from(view.node, box) and self._allowed(view, j):
-                nodes[count], boxes[count] = j, box
+                self._nodes[count], self._boxes[count] = j, box
                 count += 1
         box = view.top_box(view.node)
         if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box):
-            for i in range(view.pushes_into(box, self._goal, pushes)):
-                j = pushes[i]
+            for i in range(view.pushes_into(box, self._goal, self._pushes)):
+                j = self._pushes[i]
                 if self._allowed(view, j) and view.feasible(box, (j,))[0] >= self._least:
-                    nodes[count], boxes[count] = j, box
+                    self._nodes[count], self._boxes[count] = j, box
                     count += 1
         decision = new_decision(memory)
         if count == 0:
@@ -402,22 +397,22 @@ class Stigmergy(Decider):
             return decision
         crowding = view.e
         for i in range(count):
-            values[i] = -crowding.read(nodes[i])
-        weigh(values, count, self._beta)
-        i = pick(values, count, draw())
-        decision.node, decision.box, decision.explored = nodes[i], boxes[i], True
+            self._values[i] = -crowding.read(self._nodes[i])
+        weigh(self._values, count, self._beta)
+        i = pick(self._values, count, draw())
+        decision.node, decision.box, decision.explored = self._nodes[i], self._boxes[i], True
         return self._weighed(decision, count)
 
     def _insert(self, count: int, node: int, box: int) -> int:
         """Inserts the node of a box into the first `count` options, which are ascending; returns their number."""
-        nodes, boxes, place = self._nodes, self._boxes, 0
-        while place < count and nodes[place] < node:
+        place = 0
+        while place < count and self._nodes[place] < node:
             place += 1
-        if place == count or nodes[place] != node:
+        if place == count or self._nodes[place] != node:
             for i in range(count, place, -1):
-                nodes[i], boxes[i] = nodes[i - 1], boxes[i - 1]
+                self._nodes[i], self._boxes[i] = self._nodes[i - 1], self._boxes[i - 1]
             count += 1
-        nodes[place], boxes[place] = node, box
+        self._nodes[place], self._boxes[place] = node, box
         return count
 
     def _weighed(self, decision: Decision, count: int) -> Decision:
@@ -456,12 +451,12 @@ class Stigmergy(Decider):
             box, first = view.find_box(memory.shunned, self._goal, useless, past)
         if not found:
             return self._look_about(view, memory, draw, count)
-        worth, worths, chosen = view.b, self._worths, 0
+        worth, chosen = view.b, 0
         if len(found) > 1:
             for i, (hole, _) in enumerate(found):
-                worths[i] = worth.at(box, hole)
-            weigh(worths, len(found), self._beta)
-            chosen = pick(worths, len(found), draw())
+                self._worths[i] = worth.at(box, hole)
+            weigh(self._worths, len(found), self._beta)
+            chosen = pick(self._worths, len(found), draw())
         hole, way = found[chosen]
         return self._follow_distance(view, memory, draw, count, box, first, worth.at(box, hole), hole, way)
 
@@ -490,16 +485,15 @@ class Stigmergy(Decider):
             hole: The hole that box is meant for.
             way: The box's way there.
         """
-        nodes, boxes, values, options = self._nodes, self._boxes, self._values, count
-        nearness = view.d
+        options, nearness = count, view.d
         for i in range(options):
-            boxes[i], values[i] = -1, nearness.read(nodes[i])
+            self._boxes[i], self._values[i] = -1, nearness.read(self._nodes[i])
         if box >= 0:
-            nodes[count], boxes[count], values[count] = towards, box, worth
+            self._nodes[count], self._boxes[count], self._values[count] = towards, box, worth
             count += 1
         elif self._step_past and self._shut_in(view, options):
             for node, beside in self._boxes_to_pass(view, memory).items():
-                nodes[count], boxes[count], values[count] = node, beside, nearness.read(node)
+                self._nodes[count], self._boxes[count], self._values[count] = node, beside, nearness.read(node)
                 count += 1
         if count == 0:
             decision = new_decision(memory)
@@ -509,14 +503,14 @@ class Stigmergy(Decider):
             else:
                 decision.idle = True
             return decision
-        weigh(values, count, self._beta)
-        i = pick(values, count, draw())
+        weigh(self._values, count, self._beta)
+        i = pick(self._values, count, draw())
         if i < options:
             decision = new_decision(memory)
-            decision.node = nodes[i]
+            decision.node = self._nodes[i]
         elif box < 0:
             decision = new_decision(memory)
-            decision.box, decision.node = boxes[i], nodes[i]
+            decision.box, decision.node = self._boxes[i], self._nodes[i]
         elif view.graspable_from(view.node, box) and view.box_node(box) == towards:
             decision = self._claim(view, memory, box, hole, way)
         else:

@@ -4,9 +4,10 @@
 cdef class Alarm:
     cdef object _event
     cdef list _callbacks
+    cdef double _due
 
-    cpdef come(self)
-    cpdef arm(self, env, double seconds, double order)
+    cpdef come(self, event)
+    cpdef arm(self, env, double now, double seconds, double order)
 
 
 cdef class Timer(Alarm):

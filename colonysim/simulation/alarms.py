@@ -27,24 +27,23 @@ class Alarm:
 
     def __init__(self, nursery: simpy.Environment) -> None:
         self._event: simpy.Event = nursery.timeout(0.0)
-        self._callbacks: list[Callable[[simpy.Event], None]] = [self]
+        self._callbacks: list[Callable[[simpy.Event], None]] = [self.come]
+        self._due = 0.0
 
-    def __call__(self, event: simpy.Event) -> None:
-        """SimPy's callback."""
-        self.come()
-
-    def come(self) -> None:
-        """The event has come."""
+    def come(self, event: simpy.Event) -> None:
+        """SimPy's callback: the event has come."""
         raise NotImplementedError
 
-    def arm(self, env: simpy.Environment, seconds: float, order: float) -> None:
+    def arm(self, env: simpy.Environment, now: float, seconds: float, order: float) -> None:
         """Schedules the event; it must not be scheduled already.
 
         Args:
             env: The environment.
+            now: Its time, which the caller knows; to ask the environment is slow.
             seconds: How much later.
             order: SimPy's priority: its place among the events at that time.
         """
+        self._due = now + seconds
         self._event.callbacks = self._callbacks
         env.schedule(self._event, order, seconds)  # type: ignore[arg-type]  # SimPy compares priorities, no more
 
@@ -61,19 +60,19 @@ class Timer(Alarm):
         super().__init__(nursery)
         self._timers, self.wait = timers, -1
 
-    def come(self) -> None:
+    def come(self, event: simpy.Event) -> None:
         """Its wait expires."""
-        self._timers.expire(self)
+        self._timers.expire(self, self._due)
 
 
 class Timers:
     """The timers of an episode; one that has come is used again.
 
     Args:
-        expired: Called with a wait's number when its time has come.
+        expired: Called with a wait's number and the time when that has come.
     """
 
-    def __init__(self, expired: Callable[[int], None]) -> None:
+    def __init__(self, expired: Callable[[int, float], None]) -> None:
         self._expired = expired
         self._made: list[Timer] = []
         self._idle: list[Timer] = []
@@ -82,7 +81,7 @@ class Timers:
         """Nothing is due any more: there is a new environment."""
         self._idle = self._made[:]
 
-    def start(self, env: simpy.Environment, seconds: float, order: float, wait: int) -> None:
+    def start(self, env: simpy.Environment, now: float, seconds: float, order: float, wait: int) -> None:
         """Lets a wait of that number expire; see `Alarm.arm`."""
         if not self._idle:
             nursery = simpy.Environment()
@@ -91,9 +90,9 @@ class Timers:
             nursery.run()
         timer = self._idle.pop()
         timer.wait = wait
-        timer.arm(env, seconds, order)
+        timer.arm(env, now, seconds, order)
 
-    def expire(self, timer: Timer) -> None:
+    def expire(self, timer: Timer, now: float) -> None:
         """The time of a timer's wait has come."""
         self._idle.append(timer)
-        self._expired(timer.wait)
+        self._expired(timer.wait, now)

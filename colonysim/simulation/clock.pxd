@@ -2,7 +2,7 @@
 
 
 cdef class Clock:
-    cdef object _env, _backend, _latest, _ended, _wanted
+    cdef object _env, _backend, _latest, _goes_on, _ended, _wanted
     cdef dict _pending
 
     cdef tuple _advance(self, double now, double tick, double due, double last)

@@ -22,6 +22,8 @@ class Clock:
         env: The environment of the episode.
         backend: The backend.
         latest: Returns the time at which the episode ends if nothing happens before, simulated seconds.
+        goes_on: Called with the time of each event of the clock's own; returns whether the episode has not ended by
+            then.
         ended: Called with an agent and an outcome at the time at which the agent's action has ended.
     """
 
@@ -30,9 +32,10 @@ class Clock:
         env: simpy.Environment,
         backend: Backend,
         latest: Callable[[], float],
+        goes_on: Callable[[float], bool],
         ended: Callable[[int, Outcome], None],
     ) -> None:
-        self._env, self._backend, self._latest, self._ended = env, backend, latest, ended
+        self._env, self._backend, self._latest, self._goes_on, self._ended = env, backend, latest, goes_on, ended
         self._pending: dict[int, float] = {}
         self._wanted: simpy.Event | None = None
 
@@ -70,11 +73,15 @@ class Clock:
                 self._wanted = None
             yield env.timeout(tick)
             began = env.now
+            if not self._goes_on(began):
+                return
             # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
             # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
             now, finished = self._advance(began, tick, env.peek(), min(2 * began, self._latest()))
             if now > began:
                 yield env.timeout(now - began)
+                if not self._goes_on(env.now):
+                    return
             for agent, outcome in finished:
                 if agent in pending:
                     del pending[agent]

@@ -4,7 +4,7 @@ from colonysim.backends.motion cimport Motion as MotionType
 from colonysim.draws cimport Draws
 from colonysim.pheromones.field cimport Visit
 from colonysim.pheromones.marks cimport Marks
-from colonysim.policies.decision cimport Decider, Decision, Options
+from colonysim.policies.decision cimport Decider, Decision, Options, Stream as Drawn
 from colonysim.policies.view cimport LocalView
 from colonysim.simulation.alarms cimport Alarm
 from colonysim.simulation.waiting cimport Waiting
@@ -23,13 +23,13 @@ cdef class Process(Alarm):
     cdef Episode _episode
     cdef int _agent
 
-    cpdef come(self)
+    cpdef come(self, event)
 
 
 cdef class Ticker(Alarm):
     cdef Episode _episode
 
-    cpdef come(self)
+    cpdef come(self, event)
 
 
 cdef class Episode:
@@ -54,10 +54,15 @@ cdef class Episode:
 
     @cython.locals(view=LocalView, agent=int)
     cdef _prepare(self, number, memories, streams, synchronous)
-    @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double, timeout=cython.bint)
+    cdef _seed(self, streams)
+    @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double)
     cpdef bint go_on(self, double until=*) except? -1
+    @cython.locals(rows=Rows)
+    cpdef bint _goes_on(self, double due) except? -1
     cdef bint _anything_due(self) except? -1
     cdef bint _stalls(self, double due) except? -1
+    @cython.locals(requests=dict, node=int)
+    cdef _withdraw_request(self, int agent)
     cpdef _resume(self, int agent)
     @cython.locals(decision=Decision)
     cdef _choose(self, int agent)
@@ -66,7 +71,7 @@ cdef class Episode:
     cpdef _tick(self)
     @cython.locals(world=World)
     cdef bint _done(self, int agent) except? -1
-    @cython.locals(view=LocalView, rows=Rows, decision=Decision, options=Options)
+    @cython.locals(view=LocalView, rows=Rows, decision=Decision, options=Options, stream=Drawn)
     cdef Decision _decide(self, int agent)
     @cython.locals(world=World, node=int)
     cdef _reserve(self, int agent, Decision decision)

@@ -13,6 +13,7 @@ import simpy
 from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
+from colonysim.policies.decision import Stream
 from colonysim.simulation.alarms import Alarm, Timers
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.waiting import Waiting
@@ -69,9 +70,10 @@ class Process(Alarm):
         super().__init__(nursery)
         self._episode, self._agent = episode, agent
 
-    def come(self) -> None:
+    def come(self, event: simpy.Event) -> None:
         """Its action has ended, or it is to choose again."""
-        self._episode._resume(self._agent)
+        if self._episode._goes_on(self._due):
+            self._episode._resume(self._agent)
 
 
 class Ticker(Alarm):
@@ -86,9 +88,10 @@ class Ticker(Alarm):
         super().__init__(nursery)
         self._episode = episode
 
-    def come(self) -> None:
+    def come(self, event: simpy.Event) -> None:
         """The next tick begins."""
-        self._episode._tick()
+        if self._episode._goes_on(self._due):
+            self._episode._tick()
 
 
 class Episode:
@@ -135,6 +138,7 @@ class Episode:
         self.short_waits, self.spins = array("i", [0]) * agents, array("i", [0]) * agents
         self.expires = bytearray(agents)
         self.asks: dict[int, int] = {}
+        self.random: list[Stream] = []
         self.visit = Visit()
 
     # -- the episode -----------------------------------------------------------------------------------------------
@@ -145,9 +149,9 @@ class Episode:
         self.env = simpy.Environment()
         self.waiting.clear()
         self.timers.clear()
-        self.clock = Clock(self.env, self.backend, self._latest, self._ended)
+        self.clock = Clock(self.env, self.backend, self._latest, self._goes_on, self._ended)
         self.ties = streams.draws("ties", len(views))
-        self.random = [streams.generator(f"agent/{agent}") for agent in range(len(views))]
+        self._seed(streams)
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
@@ -162,6 +166,14 @@ class Episode:
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
+
+    def _seed(self, streams: Streams) -> None:
+        """Starts the agents' own random streams; to seed a generator again takes half as long as to make one."""
+        if not self.random:
+            self.random = [Stream(streams.generator(f"agent/{agent}")) for agent in range(len(self.views))]
+            return
+        for agent, stream in enumerate(self.random):
+            stream.generator.seed(streams.derive(f"agent/{agent}"))
 
     def close(self) -> None:
         """Lets go of what calls back, for it knows the episode."""
@@ -185,7 +197,7 @@ class Episode:
             rows.event("start", agent, node=world.agent_node[agent])
             self._deposit("start", agent)
         if synchronous:
-            self.ticker.arm(self.env, 0.0, ENDS)
+            self.ticker.arm(self.env, 0.0, 0.0, ENDS)
         else:
             for agent in range(len(self.views)):
                 self._expect(agent, 0.0, ENDS)
@@ -202,20 +214,32 @@ class Episode:
         Returns:
             Whether there are events. If not, either nothing more is due by `until`, or the episode is `over`.
         """
-        peek, step, rows, agents = self.env.peek, self.env.step, self.rows, len(self.views)
-        while True:
-            due = self.due = peek() if self._anything_due() else inf
-            timeout = self.limit < due and self.limit <= until
-            if timeout or self._stalls(due) or self.stuck or len(self.finished) == agents:
-                self.over = True
-                return False
-            if due > until:
-                return False
-            # All that a step runs happens at this time; asking the environment each time is slow.
-            self.now = rows.now = due
+        step, rows, agents = self.env.step, self.rows, len(self.views)
+        while not self.stuck and len(self.finished) < agents:
+            if not self._anything_due():
+                self.due = inf
+                break
+            if until < inf:  # to look at the queue before each event would cost as much as a tenth of a timeout
+                due = self.env.peek()
+                if due > until and self.limit > until and not self._stalls(due):
+                    return False
             step()
+            if self.over:
+                return False
             if rows.events:
                 return True
+        self.over = True
+        return False
+
+    def _goes_on(self, due: float) -> bool:
+        """Whether the episode has not ended by the time of an event that has just come; if so, that is the time now."""
+        rows = self.rows
+        self.due = due
+        if due > self.limit or self._stalls(due):
+            self.over = True
+            return False
+        self.now = rows.now = due
+        return True
 
     def finish(self) -> None:
         """Ends the episode that is over: its result and its last event."""
@@ -312,7 +336,7 @@ class Episode:
     def _expect(self, agent: int, seconds: float, order: float) -> None:
         """Sets an agent's alarm, and before or after what else happens then."""
         process = self.processes[agent]
-        process.arm(self.env, seconds, order + self.ties.draw(agent))
+        process.arm(self.env, self.now, seconds, order + self.ties.draw(agent))
         self.armed += 1
 
     def _ended(self, agent: int, outcome: Outcome) -> None:
@@ -451,7 +475,8 @@ class Episode:
             self._note_wait(agent, wait.nodes)
             number = self.waiting.begin(agent, wait.nodes)
             if wait.seconds is not None:
-                self.timers.start(self.env, self._length(agent, wait.seconds), ENDS + self.ties.draw(agent), number)
+                seconds = self._length(agent, wait.seconds)
+                self.timers.start(self.env, self.now, seconds, ENDS + self.ties.draw(agent), number)
                 self.expires[agent] = 1
                 self.timed += 1
         clear = -1 if wait is None else wait.clear
@@ -478,9 +503,10 @@ class Episode:
             seconds = max(seconds, SELDOM * (self.now - self.last_outcome))
         return seconds
 
-    def _expired(self, wait: int) -> None:
+    def _expired(self, wait: int, due: float) -> None:
         """The time of a wait has come."""
-        self.waiting.expire(wait)
+        if self._goes_on(due):
+            self.waiting.expire(wait)
 
     def _rouse(self, agent: int) -> None:
         """Lets an agent that waits go on, after all that ends at this time."""
@@ -543,7 +569,7 @@ class Episode:
             if moves:
                 self._act(agent, decision)
         if not moving:
-            self.ticker.arm(self.env, self.edge_seconds, ENDS)
+            self.ticker.arm(self.env, self.now, self.edge_seconds, ENDS)
 
     def _apply_turns(self) -> None:
         """All actions of a tick have ended: what came of them is applied in the order in which they began."""

@@ -8,7 +8,7 @@ cdef double DIAGONAL, SHORT
 
 @cython.final
 cdef class Visibility:
-    cdef int size, centre, at, within, waiting
+    cdef int size, centre, at, within, watch, waiting
     cdef Neighbourhoods neighbourhoods
     cdef long long look, search
     cdef double shortest
@@ -22,8 +22,9 @@ cdef class Visibility:
     cdef list box_claim
     cdef dict stacks
 
-    @cython.locals(look="long long", near="int[::1]", seen="long long[::1]", k=int, edge=int)
+    @cython.locals(look="long long", k=int, edge=int)
     cdef void look_from(self, int node) noexcept
+    cdef void gather(self, int node) noexcept
     cpdef bint sees(self, int node, int other)
     @cython.locals(k=int, last=int)
     cpdef bint sees_box(self, int node)
@@ -36,13 +37,13 @@ cdef class Visibility:
     cdef int find_holes(self, int node) noexcept
     @cython.locals(filled="int[::1]", found="int[::1]", total="long long", count=int, k=int, node=int, key=int)
     cpdef fill_holes(self, holes)
-    @cython.locals(look="long long", found="int[::1]", count=int, edge=int, i=int, onward=int, j=int, k=int)
+    @cython.locals(look="long long", count=int, edge=int, i=int, onward=int, j=int, k=int)
     cpdef int around(self, int node)
 
     @cython.locals(at=int, base=double, edge=int, j=int, count=int)
     cpdef int pushes(self, int node, int box, int barred, int[::1] found)
     @cython.locals(
-        search="long long", top="int[::1]", wanted="long long[::1]", left=int, k=int, at=int, box=int, claim=int, queue="int[::1]", room=int, head=int, tail=int,
+        search="long long", left=int, k=int, at=int, box=int, claim=int, room=int, head=int, tail=int,
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, edge=int, j=int, through=double, step=int,
     )
     cpdef (int, int) nearest_box(
@@ -54,7 +55,7 @@ cdef class Visibility:
     cdef bint graspable(self, int at, int node, double level, bint past) noexcept
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, edge=int, j=int, through=double)
     cpdef tuple way_to(self, int node, int box, int end, int barred, avoided)
-    @cython.locals(left="int[::1]", right="int[::1]", n=int, m=int, step=int)
+    @cython.locals(n=int, m=int, step=int)
     cdef bint earlier(self, int i, int k, int j) noexcept
     @cython.locals(place=int)
     cdef tuple traced(self, int node)
@@ -64,7 +65,7 @@ cdef class Visibility:
     @cython.locals(dx=double, dy=double, most=double, both=double)
     cdef double ahead(self, int i, int j) noexcept
     cdef long long start(self, int node, double ahead) noexcept
-    @cython.locals(heap_far="double[::1]", heap_node="int[::1]", place=int, above=int)
+    @cython.locals(place=int, above=int)
     cdef void offer(self, double far, double ahead, int node, int via) noexcept
-    @cython.locals(heap_far="double[::1]", heap_node="int[::1]", count=int, place=int, far=double, node=int, below=int)
+    @cython.locals(count=int, place=int, far=double, node=int, below=int)
     cdef void pop(self) noexcept

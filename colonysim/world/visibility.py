@@ -57,9 +57,10 @@ class Visibility:
         self.shortest = min(topology.edges.lengths, default=0.0)
         # At most so many nodes are visible from a node; no way and no queue of a search is longer.
         most = self.neighbourhoods.most + topology.most_neighbours
-        # The node looked from. The nodes within R of it are `near[at]` to `near[at + within - 1]`; all that are visible
+        # The nodes within R of `centre` are `near[at]` to `near[at + within - 1]`. All that are visible from `watch`
         # carry the sequence number `look` in `seen`.
-        self.centre, self.look, self.at, self.within = -1, 0, 0, 0
+        self.centre, self.at, self.within = -1, 0, 0
+        self.watch, self.look = -1, 0
         self.scratch, self.seen = array("i", bytes(4 * most)), array("q", bytes(8 * size))
         self.found = array("i", bytes(4 * most))
         self.near = self.neighbourhoods.nodes if self.neighbourhoods.kept else self.scratch
@@ -83,31 +84,41 @@ class Visibility:
 
     # -- what is near ----------------------------------------------------------------------------------------------
 
-    def look_from(self, node: int) -> None:
-        """Finds the nodes that are visible from `node`, unless they are known already."""
+    def gather(self, node: int) -> None:
+        """Finds the nodes within R of `node`, unless they are known already."""
         if node == self.centre:
             return
         self.centre = node
-        self.look += 1
-        near, seen, look = self.near, self.seen, self.look
         if self.neighbourhoods.kept:
             self.at = self.neighbourhoods.first[node]
             self.within = self.neighbourhoods.first[node + 1] - self.at
         else:
             self.within = self.neighbourhoods.gather(node, self.scratch)
+
+    def look_from(self, node: int) -> None:
+        """Finds the nodes that are visible from `node` and those within R of it, unless they are known already."""
+        self.gather(node)
+        if node == self.watch:
+            return
+        self.watch = node
+        self.look += 1
+        look = self.look
         for k in range(self.at, self.at + self.within):
-            seen[near[k]] = look
+            self.seen[self.near[k]] = look
         for edge in range(self.first[node], self.first[node + 1]):
-            seen[self.ends[edge]] = look
+            self.seen[self.ends[edge]] = look
 
     def sees(self, node: int, other: int) -> bool:
         """Whether the node `other` is visible from `node`."""
-        self.look_from(node)
-        return 0 <= other < self.size and self.seen[other] == self.look
+        if not 0 <= other < self.size:
+            return False
+        if node == self.watch:
+            return self.seen[other] == self.look
+        return self.neighbourhoods.both(node, other) or self.terrain.edge(node, other) >= 0
 
     def sees_box(self, node: int) -> bool:
         """Whether any box lies within R of `node`."""
-        self.look_from(node)
+        self.gather(node)
         k, last = self.at, self.at + self.within
         while k < last and self.top[self.near[k]] < 0:
             k += 1
@@ -115,7 +126,7 @@ class Visibility:
 
     def boxes(self, node: int) -> list[int]:
         """The boxes within R of `node`, ascending."""
-        self.look_from(node)
+        self.gather(node)
         found: list[int] = []
         for k in range(self.at, self.at + self.within):
             if self.top[self.near[k]] >= 0:
@@ -169,22 +180,22 @@ class Visibility:
         These are its neighbours, those of their neighbours that are visible, and the nodes of boxes and holes within R.
         """
         self.look_from(node)
-        look, found, count = self.look, self.found, 0
+        look, count = self.look, 0
         self.search += 1
         for edge in range(self.first[node], self.first[node + 1]):
             i = self.ends[edge]
             if self.reached[i] != self.search:
-                self.reached[i], found[count] = self.search, i
+                self.reached[i], self.found[count] = self.search, i
                 count += 1
             for onward in range(self.first[i], self.first[i + 1]):
                 j = self.ends[onward]
                 if self.seen[j] == look and self.reached[j] != self.search:
-                    self.reached[j], found[count] = self.search, j
+                    self.reached[j], self.found[count] = self.search, j
                     count += 1
         for k in range(self.at, self.at + self.within):
             j = self.near[k]
             if (self.top[j] >= 0 or self.hole_at[j] >= 0) and self.reached[j] != self.search:
-                self.reached[j], found[count] = self.search, j
+                self.reached[j], self.found[count] = self.search, j
                 count += 1
         return count
 
@@ -241,35 +252,36 @@ class Visibility:
             The box and the first node on the way to it, which is the box's own if it is adjacent or underfoot; or
             twice -1.
         """
-        self.look_from(node)
+        self.gather(node)
         self.search += 1
-        search, top, wanted, left = self.search, self.top, self.wanted, 0
+        search, left = self.search, 0
         for k in range(self.at, self.at + self.within):
             at = self.near[k]
-            box = top[at]
+            box = self.top[at]
             if box >= 0 and box != shunned:
                 claim = self.box_claim[box]
                 if (claim == -1 or claim == agent) and (at == node or self.graspable(at, node, level, past)):
-                    wanted[at] = search
+                    self.wanted[at] = search
                     left += 1
         for box in others:
-            if 0 <= box < len(self.box_node) and top[self.box_node[box]] == box:
+            if 0 <= box < len(self.box_node) and self.top[self.box_node[box]] == box:
                 at = self.box_node[box]
-                if wanted[at] == search:
-                    wanted[at] = 0
+                if self.wanted[at] == search:
+                    self.wanted[at] = 0
                     left -= 1
         if left == 0:
             return -1, -1
-        if wanted[node] == search and self.terrain.is_level(self.box_base[top[node]] - level):
-            return top[node], node
+        if self.wanted[node] == search and self.terrain.is_level(self.box_base[self.top[node]] - level):
+            return self.top[node], node
+        self.look_from(node)
         best, best_node, best_first = 0.0, -1, -1
         # A queue, first in, first out, to which a node returns whenever a shorter way to it is found: with few visible
         # nodes at mostly equal distances that is faster than a heap.
-        queue, room = self.queue, len(self.queue)
-        queue[0], head, tail = node, 0, 1
+        room = len(self.queue)
+        self.queue[0], head, tail = node, 0, 1
         self.far[node], self.via[node], self.reached[node], self.stand[node] = 0.0, -1, search, level
         while head != tail:
-            i = queue[head]
+            i = self.queue[head]
             head = head + 1 if head + 1 < room else 0
             self.done[i] = 0
             far, first = self.far[i], self.via[i]
@@ -284,28 +296,27 @@ class Visibility:
                 if best_node >= 0 and through > best:
                     continue
                 if (
-                    wanted[j] == search
-                    and self.terrain.is_level(self.box_base[top[j]] - here - self.rises[edge])
+                    self.wanted[j] == search
+                    and self.terrain.is_level(self.box_base[self.top[j]] - here - self.rises[edge])
                     and (best_node < 0 or through < best or j < best_node or (j == best_node and step < best_first))
                 ):
                     best, best_node, best_first = through, j, step
                 if j == barred or (best_node >= 0 and through + self.shortest > best):
                     continue
+                if self.reached[j] == search and (
+                    through > self.far[j] or (through == self.far[j] and step >= self.via[j])
+                ):
+                    continue  # it is known to be no farther by another way
                 there = self.surface[j]
                 if not self.terrain.leads(here, edge):
                     if not past or not self.takes(agent, here, edge):
                         continue
-                    there = self.box_base[top[j]]
-                if (
-                    self.reached[j] != search
-                    or through < self.far[j]
-                    or (through == self.far[j] and step < self.via[j])
-                ):
-                    self.far[j], self.via[j], self.reached[j], self.stand[j] = through, step, search, there
-                    if self.done[j] != search:
-                        self.done[j], queue[tail] = search, j
-                        tail = tail + 1 if tail + 1 < room else 0
-        return (-1 if best_node < 0 else top[best_node]), best_first
+                    there = self.box_base[self.top[j]]
+                self.far[j], self.via[j], self.reached[j], self.stand[j] = through, step, search, there
+                if self.done[j] != search:
+                    self.done[j], self.queue[tail] = search, j
+                    tail = tail + 1 if tail + 1 < room else 0
+        return (-1 if best_node < 0 else self.top[best_node]), best_first
 
     def takes(self, agent: int, level: float, edge: int) -> bool:
         """Whether an agent at height `level` could take hold of the topmost box at the end of an edge."""
@@ -383,12 +394,11 @@ class Visibility:
 
     def earlier(self, i: int, k: int, j: int) -> bool:
         """Whether the way to j over i comes lexicographically before the way to j over k."""
-        left, right = self.left, self.right
-        n, m = self.trace(i, left), self.trace(k, right)
+        n, m = self.trace(i, self.left), self.trace(k, self.right)
         for step in range(min(n, m)):
-            if left[step] != right[step]:
-                return left[step] < right[step]
-        return j < right[n] if n < m else left[m] < j
+            if self.left[step] != self.right[step]:
+                return self.left[step] < self.right[step]
+        return j < self.right[n] if n < m else self.left[m] < j
 
     def traced(self, node: int) -> tuple[int, ...]:
         """The nodes of the way that the search has found to a node, as a tuple."""
@@ -436,31 +446,34 @@ class Visibility:
         """
         self.far[node], self.via[node], self.reached[node] = far, via, self.search
         far += ahead
-        heap_far, heap_node, place = self.heap_far, self.heap_node, self.waiting
+        place = self.waiting
         self.waiting += 1
         while place > 0:
             above = (place - 1) // 2
-            if heap_far[above] < far or (heap_far[above] == far and heap_node[above] <= node):
+            if self.heap_far[above] < far or (self.heap_far[above] == far and self.heap_node[above] <= node):
                 break
-            heap_far[place], heap_node[place] = heap_far[above], heap_node[above]
+            self.heap_far[place], self.heap_node[place] = self.heap_far[above], self.heap_node[above]
             place = above
-        heap_far[place], heap_node[place] = far, node
+        self.heap_far[place], self.heap_node[place] = far, node
 
     def pop(self) -> None:
         """Removes the first node from the heap."""
         self.waiting -= 1
-        heap_far, heap_node, count, place = self.heap_far, self.heap_node, self.waiting, 0
-        far, node = heap_far[count], heap_node[count]
+        count, place = self.waiting, 0
+        far, node = self.heap_far[count], self.heap_node[count]
         below = 1
         while below < count:
             if below + 1 < count and (
-                heap_far[below + 1] < heap_far[below]
-                or (heap_far[below + 1] == heap_far[below] and heap_node[below + 1] < heap_node[below])
+                self.heap_far[below + 1] < self.heap_far[below]
+                or (
+                    self.heap_far[below + 1] == self.heap_far[below]
+                    and self.heap_node[below + 1] < self.heap_node[below]
+                )
             ):
                 below += 1
-            if far < heap_far[below] or (far == heap_far[below] and node <= heap_node[below]):
+            if far < self.heap_far[below] or (far == self.heap_far[below] and node <= self.heap_node[below]):
                 break
-            heap_far[place], heap_node[place] = heap_far[below], heap_node[below]
+            self.heap_far[place], self.heap_node[place] = self.heap_far[below], self.heap_node[below]
             place = below
             below = 2 * place + 1
-        heap_far[place], heap_node[place] = far, node
+        self.heap_far[place], self.heap_node[place] = far, node

@@ -12,10 +12,8 @@ from colonysim.simulation.foreign.answers import SHOWN, Foreign, listed, real, t
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
-    import random
-
     from colonysim.pheromones.field import Field
-    from colonysim.policies.decision import Decision
+    from colonysim.policies.decision import Decision, Stream
     from colonysim.policies.policy import Policy
     from colonysim.policies.view import LocalView
     from colonysim.trace.rows import Rows
@@ -42,11 +40,11 @@ class ForeignPolicy(Foreign, Decider):
         """It may raise."""
         return self._call("begin", agent, memory, agent=agent)
 
-    def think(self, view: LocalView, memory: Any, random: random.Random) -> Decision:
+    def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """An intent that speaks of what exists, and a choice that fits the trace."""
         agent = view.agent
         try:
-            choice = self._part.decide(view, memory, random)
+            choice = self._part.decide(view, memory, stream.generator)
         except PASSED_ON:
             raise
         except BaseException as error:
