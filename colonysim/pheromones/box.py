@@ -7,7 +7,7 @@ import copy
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Marks
+from colonysim.pheromones.marks import LEAST_LEFT, Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -32,6 +32,7 @@ class BoxWorth(Marks):
         credit: "leave": crossing counts when the agent leaves the hole's node towards another node than it came
             from. "enter": when it enters the hole's node.
         stack: Whether "all" boxes of a crossed stack are credited, or the "top" one only.
+        half_life: Simulated seconds in which the difference of B from `start` halves, None for never.
     """
 
     name = "B"
@@ -46,9 +47,11 @@ class BoxWorth(Marks):
         cap: float = float("inf"),
         credit: Literal["enter", "leave"] = "leave",
         stack: Literal["all", "top"] = "all",
+        half_life: float | None = None,
     ) -> None:
         super().__init__()
         self._world = world
+        self._fading = Fading(world, half_life)
         self._start = start
         self._decay = decay
         self._cap = cap
@@ -66,14 +69,18 @@ class BoxWorth(Marks):
             cap=self._cap,
             credit="enter" if self._on_entry else "leave",
             stack="all" if self._whole_stack else "top",
+            half_life=self._fading.half_life,
         )
+        twin._fading.restart(self._fading.since)
         twin._worth = dict(self._worth)
         return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """B of the box `node` for the hole `key`."""
         known = self._worth.get(node * PAIRS + key) if self._worth else None
-        return self._start if known is None else known
+        if known is None:
+            return self._start
+        return self._start + (known - self._start) * self._fading.left() if self._fading.on else known
 
     def keys(self, node: int) -> Sequence[int]:
         """Every hole: an untouched pair has the value that B starts with."""
@@ -94,8 +101,19 @@ class BoxWorth(Marks):
 
     def _set(self, box: int, hole: int, value: float) -> None:
         """Stores B of a pair and adds it to what this `mark` has written."""
-        self._worth[box * PAIRS + hole] = value
+        known = value
+        if self._fading.on:
+            if self._fading.left() < LEAST_LEFT:
+                self._fade(self._world.now)
+            known = self._start + (value - self._start) / self._fading.left()
+        self._worth[box * PAIRS + hole] = known
         self._note(box, hole, value)
+
+    def _fade(self, second: float) -> None:
+        """Takes what has faded into the values; what fades later counts from a second of the episode."""
+        left, start = self._fading.left(), self._start
+        self._worth = {pair: start + (known - start) * left for pair, known in self._worth.items()}
+        self._fading.restart(second)
 
     def _crossed(self, node: int, left: int, before: int) -> int:
         """The hole that an agent counts as having crossed when it arrives on `node`, or -1; arguments as in `Visit`."""
@@ -116,12 +134,14 @@ class BoxWorth(Marks):
             self._set(box, hole, value if value < self._cap else self._cap)
 
     def end_episode(self) -> None:
-        """Changes nothing: B outlives the episode, as the same boxes will stand in the same places."""
+        """Changes nothing by itself: B outlives the episode, as the same boxes will stand in the same places."""
+        if self._fading.on:
+            self._fade(0.0)
 
     def frame(self) -> Iterable[Write]:
         """B of every pair that was ever touched."""
-        pairs = [(*divmod(pair + 1, PAIRS), pair) for pair in sorted(self._worth)]
-        return [Write(box, key - 1, self._worth[pair]) for box, key, pair in pairs]
+        pairs = [divmod(pair + 1, PAIRS) for pair in sorted(self._worth)]
+        return [Write(box, key - 1, self.at(box, key - 1)) for box, key in pairs]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over B of pairs."""

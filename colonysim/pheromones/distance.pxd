@@ -1,7 +1,7 @@
 # The types of distance.py when it is compiled.
 cimport cython
 from colonysim.pheromones.field cimport Visit
-from colonysim.pheromones.marks cimport Marks
+from colonysim.pheromones.marks cimport Fading, Marks
 from colonysim.world.state cimport World
 from colonysim.world.terrain cimport Terrain
 
@@ -20,6 +20,7 @@ cdef class Distance(Marks):
     cdef bint _everywhere, _at_start
     cdef readonly bint lrta, blank
     cdef readonly double d_max
+    cdef Fading _fading
     cdef readonly double[::1] straight, d
     cdef readonly unsigned char[::1] official, visited
 
@@ -30,6 +31,9 @@ cdef class Distance(Marks):
     @cython.locals(value=double)
     cpdef double at(self, int node, int key=*) except? -1
     @cython.locals(node=int, moment=str)
+    cpdef double far(self, int node) except? -1
+    cdef double _rest(self, int node) except? -1
+    cdef int _store(self, int node, double far) except -1
     cpdef int mark(self, Visit visit) except -1
     @cython.locals(node=int, before=double, surface="double[::1]")
     cdef int _sweep(self, int done) except -1

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Marks
+from colonysim.pheromones.marks import LEAST_LEFT, Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -84,9 +84,11 @@ class Distance(Marks):
         everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it: global value iteration, a
             yardstick and no local rule.
         at_start: Whether an agent deposits before its first step too.
+        half_life: Simulated seconds in which the difference of D from that of an unvisited node halves, None for never.
 
     Attributes:
-        d: Distance of each node to the goal, graph units; the Euclidean one until an agent has been there.
+        d: Distance of each node to the goal, graph units; the Euclidean one until an agent has been there. If D
+            fades, as it was when fading last began anew; `far` is what it is now.
         official: For each node 1 if its distance was found along a path from the goal, else 0.
         visited: For each node 1 if an agent has left a mark there, else 0.
         straight: The Euclidean distance of each node to the goal, graph units.
@@ -105,9 +107,11 @@ class Distance(Marks):
         unvisited: Literal["straight", "zero"] = "straight",
         everywhere: bool = False,
         at_start: bool = True,
+        half_life: float | None = None,
     ) -> None:
         super().__init__()
         self._world = world
+        self._fading = Fading(world, half_life)
         self.lrta = rule == "lrta"
         self._everywhere, self._at_start = everywhere, at_start
         self.blank = unvisited == "zero"
@@ -128,7 +132,9 @@ class Distance(Marks):
             unvisited="zero" if self.blank else "straight",
             everywhere=self._everywhere,
             at_start=self._at_start,
+            half_life=self._fading.half_life,
         )
+        twin._fading.restart(self._fading.since)
         twin.d, twin.official, twin.visited = array("d", self.d), bytearray(self.official), bytearray(self.visited)
         return twin
 
@@ -136,8 +142,37 @@ class Distance(Marks):
         """D of a node; of an unvisited one, d_max less its Euclidean distance to the goal, or 0."""
         if self.blank and not self.visited[node]:
             return 0.0
-        value = self.d_max - self.d[node]
+        value = self.d_max - self.far(node)
         return value if value > 0.0 else 0.0
+
+    def far(self, node: int) -> float:
+        """The distance of a node to the goal as far as its visitors knew and the marks have not faded, graph units."""
+        if not self._fading.on:
+            return self.d[node]
+        if not self.visited[node]:
+            return self.d[node]
+        rest = self._rest(node)
+        return rest + (self.d[node] - rest) * self._fading.left()
+
+    def _rest(self, node: int) -> float:
+        """The distance that D of an unvisited node shows."""
+        return self.d_max if self.blank else self.straight[node]
+
+    def _store(self, node: int, far: float) -> None:
+        """Sets the distance of a node."""
+        if self._fading.on:
+            if self._fading.left() < LEAST_LEFT:
+                self._fade(self._world.now)
+            rest = self._rest(node)
+            far = rest + (far - rest) / self._fading.left()
+        self.d[node] = far
+
+    def _fade(self, second: float) -> None:
+        """Takes what has faded into the distances; what fades later counts from a second of the episode."""
+        for node in range(len(self.visited)):
+            if self.visited[node]:
+                self.d[node] = self.far(node)
+        self._fading.restart(second)
 
     def keys(self, node: int) -> Sequence[int]:
         """None: one value a node."""
@@ -162,23 +197,24 @@ class Distance(Marks):
         surface = self._world.surface
         for node in range(len(surface)):
             if node != done:
-                before = self.d[node]
+                before = self.far(node)
                 self._update(node, surface[node])
-                if self.d[node] != before:
+                if self.far(node) != before:
                     self._note(node, -1, self.at(node))
 
     def _update(self, node: int, level: float) -> None:
         """Algorithm 2 on one node, for an agent at height `level` on it."""
-        terrain = self._world.terrain
+        terrain, fades = self._world.terrain, self._fading.on
         self.visited[node] = 1
         if node == self._goal:
-            self.d[node], self.official[node] = 0.0, 1
+            self.official[node] = 1
+            self._store(node, 0.0)
             return
         best = best_official = UNKNOWN
         for edge in range(terrain.first[node], terrain.first[node + 1]):
             if terrain.leads(level, edge):
                 j = terrain.ends[edge]
-                through = self.d[j] + terrain.lengths[edge]
+                through = (self.far(j) if fades else self.d[j]) + terrain.lengths[edge]
                 if through < best:
                     best = through
                 if through < best_official and self.official[j]:
@@ -186,10 +222,12 @@ class Distance(Marks):
         if best_official < UNKNOWN:
             self.official[node] = 1
         value = best if self.lrta else best_official
-        self.d[node] = value if value < UNKNOWN else self.straight[node]
+        self._store(node, value if value < UNKNOWN else self.straight[node])
 
     def end_episode(self) -> None:
-        """Changes nothing: distances outlive the episode, as the place is the same."""
+        """Changes nothing by itself: distances outlive the episode, as the place is the same."""
+        if self._fading.on:
+            self._fade(0.0)
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""

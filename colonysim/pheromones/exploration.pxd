@@ -1,11 +1,13 @@
 # The types of exploration.py when it is compiled.
 cimport cython
 from colonysim.pheromones.field cimport Visit
-from colonysim.pheromones.marks cimport Marks
+from colonysim.pheromones.marks cimport Fading, Marks
+from colonysim.world.state cimport World
 
 
 cdef class Exploration(Marks):
-    cdef public object _world
+    cdef public World _world
+    cdef Fading _fading
     cdef object _keep
     cdef bint _on_wait, _at_start
     cdef readonly double[::1] stored
@@ -16,7 +18,8 @@ cdef class Exploration(Marks):
     cpdef __deepcopy__(self, memo)
     @cython.locals(node=int)
     cpdef frame(self)
+    @cython.locals(value=double)
     cpdef double at(self, int node, int key=*) except? -1
-    @cython.locals(node=int, moment=str)
+    @cython.locals(node=int, moment=str, one=double)
     cpdef int mark(self, Visit visit) except -1
     cdef bint _counts(self, str moment) except? -1

@@ -8,7 +8,7 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Marks
+from colonysim.pheromones.marks import LEAST_LEFT, Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,7 +23,7 @@ SMALLEST_SCALE = 1e-100
 
 
 class Exploration(Marks):
-    """E counts visits; an episode's end maps every value by E -> a E - b, applied when a value is read.
+    """E counts visits; an episode's end maps every value by E -> a E - b, applied when a value is read, as is fading.
 
     Args:
         world: The world whose nodes are marked.
@@ -31,6 +31,7 @@ class Exploration(Marks):
             Algorithm 7 prints it.
         on_wait: Whether an agent that waits deposits too.
         at_start: Whether an agent deposits before its first step too.
+        half_life: Simulated seconds in which E halves, None for never.
 
     Attributes:
         stored: One value for each node, from which E = stored * scale - shift.
@@ -42,7 +43,13 @@ class Exploration(Marks):
     name = "E"
 
     def __init__(
-        self, world: World, *, evaporation: float | None = 0.5, on_wait: bool = False, at_start: bool = True
+        self,
+        world: World,
+        *,
+        evaporation: float | None = 0.5,
+        on_wait: bool = False,
+        at_start: bool = True,
+        half_life: float | None = None,
     ) -> None:
         super().__init__()
         self._world = world
@@ -51,18 +58,27 @@ class Exploration(Marks):
         self.visited = bytearray(len(world.topology))
         self.scale = 1.0
         self.shift = 0.0
+        self._fading = Fading(world, half_life)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Exploration:
         """The same values in a copy of the world; typed views of arrays cannot be copied as they are."""
         world = copy.deepcopy(self._world, memo)
-        twin = Exploration(world, evaporation=self._keep, on_wait=self._on_wait, at_start=self._at_start)
+        twin = Exploration(
+            world,
+            evaporation=self._keep,
+            on_wait=self._on_wait,
+            at_start=self._at_start,
+            half_life=self._fading.half_life,
+        )
+        twin._fading.restart(self._fading.since)
         twin.stored, twin.visited = array("d", self.stored), bytearray(self.visited)
         twin.scale, twin.shift = self.scale, self.shift
         return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """E of a node."""
-        return self.stored[node] * self.scale - self.shift
+        value = self.stored[node] * self.scale - self.shift
+        return value * self._fading.left() if self._fading.on else value
 
     def keys(self, node: int) -> Sequence[int]:
         """None: one value a node."""
@@ -73,11 +89,25 @@ class Exploration(Marks):
         moment, node = visit.moment, visit.node
         if moment != "arrive" and not self._counts(moment):
             return 0
-        self.stored[node] += 1.0 / self.scale
+        one = self.scale
+        if self._fading.on:
+            if self._fading.left() < LEAST_LEFT:
+                self._fade(self._world.now)
+            one = self.scale * self._fading.left()
+        self.stored[node] += 1.0 / one
         self.visited[node] = 1
         self._wrote = 0
         self._note(node, -1, self.at(node))
         return 1
+
+    def _fade(self, second: float) -> None:
+        """Takes what has faded into the values; what fades later counts from a second of the episode."""
+        left = self._fading.left()
+        self.scale, self.shift = self.scale * left, self.shift * left
+        self._fading.restart(second)
+        if self.scale < SMALLEST_SCALE:
+            self.stored = array("d", [value * self.scale for value in self.stored])
+            self.scale = 1.0
 
     def _counts(self, moment: Moment) -> bool:
         """Whether a visit that is no arrival leaves a mark."""
@@ -85,6 +115,8 @@ class Exploration(Marks):
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""
+        if self._fading.on:
+            self._fade(0.0)
         if self._keep is None:
             if all(self.visited):
                 self.shift = min(self.stored) * self.scale

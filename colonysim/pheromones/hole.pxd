@@ -2,7 +2,7 @@
 cimport cython
 from colonysim.exact cimport exp
 from colonysim.pheromones.field cimport Visit
-from colonysim.pheromones.marks cimport Marks
+from colonysim.pheromones.marks cimport Fading, Marks
 from colonysim.world.visibility cimport Visibility
 from colonysim.world.state cimport World
 from colonysim.world.terrain cimport Terrain
@@ -13,6 +13,7 @@ cdef double FARTHEST, NOWHERE
 cdef class HoleTrail(Marks):
     cdef public World _world
     cdef double _keep, _aged
+    cdef Fading _fading
     cdef bint _printed, _everywhere, _any
     cdef int _used
     cdef int[::1] _start, _count, _room, _holes, _place, _found
@@ -24,9 +25,10 @@ cdef class HoleTrail(Marks):
     cpdef double at(self, int node, int key=*) except? -1
     @cython.locals(start=int, k=int)
     cpdef double farness(self, int node, int hole)
-    @cython.locals(start=int, k=int, found=list)
+    cdef double _age(self) except? -1
+    @cython.locals(start=int, k=int, found=list, aged=double)
     cpdef keys(self, int node)
-    @cython.locals(start=int, k=int, hole=int)
+    @cython.locals(start=int, k=int, hole=int, aged=double)
     cpdef int gather(self, int node, int[::1] found, int count, unsigned char[::1] marked) except -1
     @cython.locals(node=int, surface="double[::1]")
     cpdef int mark(self, Visit visit) except -1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.exact import exp, log
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Marks
+from colonysim.pheromones.marks import Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -38,6 +38,7 @@ class HoleTrail(Marks):
         evaporation: What remains of H after an episode, 0 to 1; 0 resets it.
         rule: "max", or "min" for the rule as the text prints it, which overwrites and leaves no trail.
         everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it.
+        half_life: Simulated seconds in which H halves, None for never.
     """
 
     name = "H"
@@ -49,9 +50,11 @@ class HoleTrail(Marks):
         evaporation: float = 0.5,
         rule: Literal["max", "min"] = "max",
         everywhere: bool = False,
+        half_life: float | None = None,
     ) -> None:
         super().__init__()
         self._world = world
+        self._fading = Fading(world, half_life)
         self._keep = evaporation
         self._printed = rule == "min"
         self._everywhere = everywhere
@@ -71,7 +74,10 @@ class HoleTrail(Marks):
         """The same trails in a copy of the world; typed views of arrays cannot be copied as they are."""
         rule: Literal["max", "min"] = "min" if self._printed else "max"
         world = copy.deepcopy(self._world, memo)
-        twin = HoleTrail(world, evaporation=self._keep, rule=rule, everywhere=self._everywhere)
+        twin = HoleTrail(
+            world, evaporation=self._keep, rule=rule, everywhere=self._everywhere, half_life=self._fading.half_life
+        )
+        twin._fading.restart(self._fading.since)
         twin._aged, twin._used = self._aged, self._used
         twin._start, twin._count, twin._room = (
             array("i", self._start), array("i", self._count), array("i", self._room)
@@ -91,17 +97,21 @@ class HoleTrail(Marks):
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             if self._holes[k] == hole:
-                return self._fars[k] + self._aged
+                return self._fars[k] + self._age()
         return NOWHERE
+
+    def _age(self) -> float:
+        """What evaporation has added by now to the -ln H of every trail."""
+        return self._aged + self._fading.age() if self._fading.on else self._aged
 
     def keys(self, node: int) -> Sequence[int]:
         """The holes that have a trail at a node, ascending."""
         found: list[int] = []
         if not 0 <= node < len(self._start):
             return found
-        start = self._start[node]
+        start, aged = self._start[node], self._age()
         for k in range(start, start + self._count[node]):
-            if self._fars[k] + self._aged < FARTHEST:
+            if self._fars[k] + aged < FARTHEST:
                 found.append(self._holes[k])
         found.sort()
         return found
@@ -110,10 +120,10 @@ class HoleTrail(Marks):
         """See `Marks.gather`; here the keys come in the order in which the trails were first written."""
         if not 0 <= node < len(self._start):
             return count
-        start = self._start[node]
+        start, aged = self._start[node], self._age()
         for k in range(start, start + self._count[node]):
             hole = self._holes[k]
-            if not marked[hole] and self._fars[k] + self._aged < FARTHEST:
+            if not marked[hole] and self._fars[k] + aged < FARTHEST:
                 marked[hole], found[count] = 1, hole
                 count += 1
         return count
@@ -147,7 +157,7 @@ class HoleTrail(Marks):
 
     def _update_max(self, node: int, level: float) -> None:
         """The rule "max": each trail becomes the larger of its H and exp(-edge) times that of reachable neighbours."""
-        visibility, terrain, aged = self._world.visibility(), self._world.terrain, self._aged
+        visibility, terrain, aged = self._world.visibility(), self._world.terrain, self._age()
         count = 0
         near = visibility.find_holes(node)
         for k in range(visibility.holes_start, visibility.holes_start + near):
@@ -210,7 +220,7 @@ class HoleTrail(Marks):
         for hole in range(len(world.scenario.holes)):
             far = max((self.farness(j, hole) + length for j, length in neighbours), default=float("inf"))
             if far < FARTHEST:
-                trails[hole] = far - self._aged
+                trails[hole] = far - self._age()
                 self._note(node, hole, far)
             else:
                 trails.pop(hole, None)
@@ -229,6 +239,8 @@ class HoleTrail(Marks):
 
     def end_episode(self) -> None:
         """Evaporates every trail by adding to all -ln H at once, or removes them all."""
+        self._aged = self._age()
+        self._fading.restart(0.0)
         if self._keep <= 0.0:
             self._count = array("i", bytes(4 * len(self._count)))
             self._aged = 0.0
@@ -249,4 +261,4 @@ class HoleTrail(Marks):
         """Takes over trails, those of holes and nodes that the world has."""
         for node, hole, value in frame:
             if value > 0.0 and 0 <= node < len(self._start) and 0 <= hole < len(self._best):
-                self._replace(node, self._trails(node) | {hole: -log(value) - self._aged})
+                self._replace(node, self._trails(node) | {hole: -log(value) - self._age()})

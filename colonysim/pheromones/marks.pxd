@@ -1,6 +1,21 @@
 # The types of marks.py when it is compiled.
 cimport cython
 from colonysim.pheromones.field cimport Visit
+from colonysim.exact cimport exp
+from colonysim.world.state cimport World
+
+cdef double LN2, LEAST_LEFT
+
+
+cdef class Fading:
+    cdef World _world
+    cdef readonly bint on
+    cdef readonly object half_life
+    cdef readonly double rate, since
+
+    cpdef double age(self)
+    cpdef double left(self)
+    cpdef restart(self, double second)
 
 
 cdef class Marks:

@@ -6,14 +6,54 @@ from __future__ import annotations
 from array import array
 from typing import TYPE_CHECKING
 
+from colonysim.exact import exp
 from colonysim.pheromones.field import Write
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from colonysim.pheromones.field import Visit
+    from colonysim.world.state import World
 
-__all__ = ["Marks", "gather_keys"]
+__all__ = ["Fading", "Marks", "gather_keys"]
+
+LN2 = 0.6931471805599453
+LEAST_LEFT = 1e-9
+"""When less is left of the values of a time, they are written anew, before too few of their digits are."""
+
+
+class Fading:
+    """Evaporation in time: what is left of a mark halves with every half-life.
+
+    All marks of a field fade alike, so that one factor tells what is left of every value; nothing is done to a mark
+    that nobody looks at, and a value does not depend on when it was looked at before.
+
+    Args:
+        world: Whose time it is.
+        half_life: Simulated seconds; None for marks that stay.
+
+    Attributes:
+        on: Whether marks fade.
+        half_life: As given.
+        rate: How much -ln of what is left grows in a second.
+        since: The simulated second of the episode whose values the field holds.
+    """
+
+    def __init__(self, world: World, half_life: float | None = None) -> None:
+        self._world, self.on, self.half_life = world, half_life is not None, half_life
+        self.rate, self.since = 0.0 if half_life is None else LN2 / half_life, 0.0
+
+    def age(self) -> float:
+        """-ln of what is left now."""
+        return self.rate * (self._world.now - self.since)
+
+    def left(self) -> float:
+        """The share that is left now of the values that the field holds."""
+        return exp(-self.age())
+
+    def restart(self, second: float) -> None:
+        """The field holds values of now; what comes counts from a second of the episode: now, or 0 at its end."""
+        self.since = second
 
 
 class Marks:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, Strict, ValidationError
@@ -12,8 +13,6 @@ from colonysim.characters import printable
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["PRESETS", "StigmergySettings", "settings_for"]
@@ -22,6 +21,7 @@ LARGEST = 1e9
 """No parameter is larger, so that no product of a few of them and of lengths is infinite."""
 Flag = Annotated[bool, Strict()]
 Share = Annotated[float, Strict(), Field(ge=0.0, le=1.0)]
+Weight = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Positive = Annotated[float, Strict(), Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
 
 
@@ -43,13 +43,18 @@ class StigmergySettings:
         hole_rule: Which of its candidates H becomes: the largest ("max"), or, as Algorithm 5 is printed, the smallest
             ("min").
         hole_evaporation: Share of H that remains after an episode.
+        hole_half_life: Simulated seconds in which H halves; null for never.
         box_decay: Factor of B at each claim, B_decay; a crossing divides by it.
         box_start: B at first, in units of d_max.
         box_cap: Most that B can become, in units of d_max; null for no limit.
+        box_half_life: Simulated seconds in which the difference of B from its start halves; null for never.
         box_credit: When a crossing raises B: as the agent steps onto the hole's node ("enter") or off it ("leave").
+        distance_half_life: Simulated seconds in which the difference of D from that of an unvisited node halves; null
+            for never.
         deposit_at_start: Whether D and E are deposited at an episode's start, before the first step, as H is.
         stack_credit: Whose B a crossing raises: that of "all" boxes in the hole, or of the "top" one.
         exploration_evaporation: Share of E that remains after an episode; null takes off the smallest E instead.
+        exploration_half_life: Simulated seconds in which E halves; null for never.
         exploration_on_wait: Whether waiting counts as a visit, that is, deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
         candidates_centre: From where holes have to be within R: from the "box" or from the "agent".
@@ -67,6 +72,8 @@ class StigmergySettings:
         ask_to_clear: Whether a waiting carrier asks for its next node to be cleared.
         feasibility: Least chance at which a push is tried.
         extra_fields: Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.
+        weights: Factors of extra fields, by their names: a field's value at a node, times its factor, is added to D or
+            -E wherever an agent chooses among nodes. Below 0 it keeps agents off.
     """
 
     beta: Annotated[float, Strict(), Field(ge=0.0, le=LARGEST, allow_inf_nan=False)] = 4.0
@@ -78,15 +85,19 @@ class StigmergySettings:
     distance_rule: Literal["lrta", "literal"] = "lrta"
     unvisited: Literal["straight", "zero"] = "straight"
     updates: Literal["occupied", "everywhere"] = "occupied"
+    distance_half_life: Positive | None = None
     deposit_at_start: Flag = False
     hole_rule: Literal["max", "min"] = "max"
     hole_evaporation: Share = 0.5
+    hole_half_life: Positive | None = None
     box_decay: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.95
     box_start: Positive = 2.0
     box_cap: Positive | None = 4.0
+    box_half_life: Positive | None = None
     box_credit: Literal["enter", "leave"] = "leave"
     stack_credit: Literal["all", "top"] = "all"
     exploration_evaporation: Share | None = 0.5
+    exploration_half_life: Positive | None = None
     exploration_on_wait: Flag = False
     overfill: Flag = False
     candidates_centre: Literal["box", "agent"] = "box"
@@ -100,6 +111,7 @@ class StigmergySettings:
     ask_to_clear: Flag = True
     feasibility: Share = 0.5
     extra_fields: tuple[str, ...] = ()
+    weights: Mapping[str, Weight] = dataclasses.field(default_factory=dict)
 
 
 PRESETS: dict[str, dict[str, Any]] = {

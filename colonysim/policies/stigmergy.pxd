@@ -21,6 +21,7 @@ cdef class Stigmergy(Decider):
     cdef Options _options
     cdef double _beta, _patience, _least, _reach
     cdef bint _two_node, _ask_to_clear, _overfill, _from_box, _errands, _step_past, _look_on, _per_choice
+    cdef bint _weighs
     cdef int[::1] _nodes, _boxes, _pushes, _beside, _holes
     cdef double[::1] _values, _worths
     cdef unsigned char[::1] _marked
@@ -78,6 +79,8 @@ cdef class Stigmergy(Decider):
         box=int, decision=Decision, crowding=FieldWindow,
     )
     cdef Decision _roam(self, LocalView view, Kept memory, draw, int count)
+    @cython.locals(i=int, field=FieldWindow, weight=double)
+    cdef _weigh_extra(self, LocalView view, int count)
     @cython.locals(place=int, i=int)
     cdef int _insert(self, int count, int node, int box)
     cdef Decision _weighed(self, Decision decision, int count)

@@ -6,6 +6,7 @@ import sys
 from array import array
 from typing import TYPE_CHECKING, Any
 
+from colonysim.characters import printable
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, extent
 from colonysim.pheromones.distance import farthest
 from colonysim.plugins import make_field
@@ -13,6 +14,7 @@ from colonysim.policies.choice import pick, weigh
 from colonysim.policies.decision import Decider, Decision, Memory, Options, Stream, new_decision, new_memory
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
+from colonysim.suggest import nearest
 from colonysim.world.intents import Wait
 
 if TYPE_CHECKING:
@@ -32,6 +34,9 @@ NEVER = 1 << 30
 
 HOLE_OPEN = 3
 """Weight in `Memory.vain` of a decision with an open hole visible; one without has weight 1."""
+
+
+_OWN_FIELDS = ("D", "B", "H", "E")
 
 
 class Stigmergy(Decider):
@@ -54,6 +59,7 @@ class Stigmergy(Decider):
         self._least, self._overfill, self._from_box = s.feasibility, s.overfill, s.candidates_centre == "box"
         self._look_on, self._restless, self._per_choice = s.look_on, NEVER, s.epsilon_per == "choice"
         self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
+        self._weighs = bool(s.weights)
         self._tries = -1 if s.tries is None else min(s.tries, sys.maxsize)
         self._scenario, self._room, self._most_holes, self._marking = scenario, -1, -1, False
         self._make_room(scenario)
@@ -85,7 +91,7 @@ class Stigmergy(Decider):
 
         Raises:
             PluginError: There is no such extra field.
-            ScenarioError: It has the name of another field.
+            ScenarioError: It has the name of another field, or a weight is that of none.
         """
         self._make_room(world.scenario)  # it may be another than the policy was made for
         s = self.settings
@@ -99,6 +105,7 @@ class Stigmergy(Decider):
                 unvisited=s.unvisited,
                 everywhere=everywhere,
                 at_start=at_start,
+                half_life=s.distance_half_life,
             ),
             BoxWorth(
                 world,
@@ -107,9 +114,22 @@ class Stigmergy(Decider):
                 cap=s.box_cap * d_max if s.box_cap is not None else float("inf"),
                 credit=s.box_credit,
                 stack=s.stack_credit,
+                half_life=s.box_half_life,
             ),
-            HoleTrail(world, evaporation=s.hole_evaporation, rule=s.hole_rule, everywhere=everywhere),
-            Exploration(world, evaporation=s.exploration_evaporation, on_wait=s.exploration_on_wait, at_start=at_start),
+            HoleTrail(
+                world,
+                evaporation=s.hole_evaporation,
+                rule=s.hole_rule,
+                everywhere=everywhere,
+                half_life=s.hole_half_life,
+            ),
+            Exploration(
+                world,
+                evaporation=s.exploration_evaporation,
+                on_wait=s.exploration_on_wait,
+                at_start=at_start,
+                half_life=s.exploration_half_life,
+            ),
         ]
         found = {field.name: field for field in own}
         for name in s.extra_fields:
@@ -118,6 +138,12 @@ class Stigmergy(Decider):
                 message = f"there is a field {extra.name!r} already; {name!r} must give its own another name"
                 raise world.scenario.fault("policy.extra_fields", message)
             found[extra.name] = extra
+        for name in s.weights:
+            if name not in found or name in _OWN_FIELDS:
+                extras = [name for name in found if name not in _OWN_FIELDS]
+                raise world.scenario.fault(
+                    f"policy.weights.{name}", f"no extra field {printable(repr(name))}; {nearest(name, extras)}"
+                )
         return found
 
     def begin(self, agent: int, memory: Memory | None) -> Memory:
@@ -346,6 +372,7 @@ class Stigmergy(Decider):
         crowding = view.e
         for i in range(count):
             self._values[i] = -crowding.read(self._nodes[i])
+        self._weigh_extra(view, count)
         weigh(self._values, count, self._beta)
         chosen = pick(self._values, count, draw())
         decision = new_decision(memory)
@@ -398,10 +425,19 @@ class Stigmergy(Decider):
         crowding = view.e
         for i in range(count):
             self._values[i] = -crowding.read(self._nodes[i])
+        self._weigh_extra(view, count)
         weigh(self._values, count, self._beta)
         i = pick(self._values, count, draw())
         decision.node, decision.box, decision.explored = self._nodes[i], self._boxes[i], True
         return self._weighed(decision, count)
+
+    def _weigh_extra(self, view: LocalView, count: int) -> None:
+        """Adds the weighed extra fields at the first `count` nodes to what speaks for them."""
+        if self._weighs:
+            for name, weight in self.settings.weights.items():
+                field = view.fields[name]
+                for i in range(count):
+                    self._values[i] += weight * field.at(self._nodes[i])
 
     def _insert(self, count: int, node: int, box: int) -> int:
         """Inserts the node of a box into the first `count` options, which are ascending; returns their number."""
@@ -503,6 +539,7 @@ class Stigmergy(Decider):
             else:
                 decision.idle = True
             return decision
+        self._weigh_extra(view, count)
         weigh(self._values, count, self._beta)
         i = pick(self._values, count, draw())
         if i < options:

@@ -11,6 +11,7 @@ cdef class World:
     cdef readonly list box_claim, box_stray, agent_status, reserved
     cdef readonly dict stacks, clear_requests, edge_holder
     cdef readonly Terrain terrain
+    cdef public double now
     cdef int _goal
     cdef Visibility _visibility
     cdef int _requests

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """The world: the state of an episode (agents, boxes, reservations) and the rules by which it may change.
 
 Outcomes are written by `World.apply` and `World.arrive`, reservations, claims and requests by the methods beside them;
@@ -79,12 +80,13 @@ class World:
         node_holder: The agent that has reserved each node, or -1.
         edge_holder: The agent that has reserved an edge (i, j) with i < j; others are free.
         reserved: What each agent has reserved.
+        now: Simulated seconds of the episode; at its end, those that it took.
     """
 
     __slots__ = (
         "_goal", "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
         "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "floor",
-        "hole_at", "hole_node", "node_holder", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
+        "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
         "terrain", "top", "topology",
     )  # fmt: skip
 
@@ -114,6 +116,7 @@ class World:
         self.stacks: dict[int, list[int]] = {}
         self.clear_requests: dict[int, int] = {}
         self._requests, self._requests_near = 0, array("i", [0]) * size
+        self.now = 0.0
         self.reset()
 
     def survey(self) -> None:
@@ -123,7 +126,7 @@ class World:
 
     def reset(self) -> None:
         """Puts agents and boxes where they start, and ends all claims, reservations and requests."""
-        scenario = self.scenario
+        scenario, self.now = self.scenario, 0.0
         self.surface[:] = self.floor
         for node in range(len(self.top)):
             self.top[node] = self.occupant[node] = self.node_holder[node] = -1
@@ -153,6 +156,7 @@ class World:
             table.update(deepcopy(getattr(self, name), memo))
         for node in twin.clear_requests:
             twin._count_request(node, 1)
+        twin.now = self.now
         return twin
 
     # -- the rules of the place ------------------------------------------------------------------------------------

