@@ -70,7 +70,7 @@ RECORD = "colonysim/compiled.json"
 SHARED = "colonysim._cython"
 """What Cython needs in every module, such as typed views of arrays, is compiled once and shared."""
 
-DIRECTIVES = {"language_level": 3, "annotation_typing": False}
+DIRECTIVES = {"language_level": 3, "annotation_typing": False, "binding": False, "emit_code_comments": False}
 
 
 def compile_hot(root: Path, scratch: Path) -> list[Path]:

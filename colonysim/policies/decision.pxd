@@ -3,9 +3,6 @@ cimport cython
 from colonysim.policies.view cimport LocalView
 
 
-# Neither can be part of a cycle: the garbage collector need not look at them.
-@cython.no_gc
-@cython.freelist(64)
 cdef class Memory:
     # In the order of the file: the compiled class takes its arguments as they stand here.
     cdef public double epsilon
@@ -25,8 +22,6 @@ cdef class Options:
 
 
 @cython.final
-@cython.no_gc
-@cython.freelist(64)
 cdef class Decision:
     cdef public object memory, wait, choice
     cdef public int node, box, hole, count

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """Events of SimPy that are armed again: a new `Timeout` for each step would cost more than the step itself."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """The process that advances a backend with a tick, while an action of that backend is pending."""
 
 from __future__ import annotations

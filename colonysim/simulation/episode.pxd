@@ -41,14 +41,13 @@ cdef class Episode:
     cdef public Visit visit
     cdef public Waiting waiting
     cdef public list memories, views, random, processes, marks, outcomes, turns
-    cdef public dict asks
     cdef public set finished, short
     cdef public long long number, acting, armed, timed, max_steps
     cdef public double now, due, last_outcome, stall, limit, edge_seconds
     cdef public bint stuck, over, synchronous, clocked
     cdef public int goal
     cdef unsigned char[::1] doing, expires
-    cdef int[::1] target, box, hole, ends_at, short_waits, spins
+    cdef int[::1] asks, target, box, hole, ends_at, short_waits, spins
     cdef double[::1] began, since
     cdef long long[::1] steps
 
@@ -61,7 +60,7 @@ cdef class Episode:
     cpdef bint _goes_on(self, double due) except? -1
     cdef bint _anything_due(self) except? -1
     cdef bint _stalls(self, double due) except? -1
-    @cython.locals(requests=dict, node=int)
+    @cython.locals(node=int)
     cdef _withdraw_request(self, int agent)
     cpdef _resume(self, int agent)
     @cython.locals(decision=Decision)

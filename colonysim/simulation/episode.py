@@ -1,4 +1,4 @@
-# cython: initializedcheck=False
+# cython: initializedcheck=False, auto_pickle=False
 """Episodes, one after another: the SimPy environment, the agents' processes and the bookkeeping around them."""
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class Episode:
         self.steps, self.since = array("q", [0]) * agents, array("d", [0.0]) * agents
         self.short_waits, self.spins = array("i", [0]) * agents, array("i", [0]) * agents
         self.expires = bytearray(agents)
-        self.asks: dict[int, int] = {}
+        self.asks = array("i", [-1]) * agents  # the node that each asks to be cleared
         self.random: list[Stream] = []
         self.visit = Visit()
 
@@ -156,14 +156,13 @@ class Episode:
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
-            self.expires[agent] = 0
+            self.expires[agent], self.asks[agent] = 0, -1
         self.now = self.due = self.last_outcome = 0.0
         self.over = False
         # Agents that act; alarms of agents that will come; waits under way that end at a time of their own.
         self.stuck, self.acting, self.armed, self.timed = False, 0, 0, 0
         self.short: set[int] = set()
         self.finished: set[int] = set()
-        self.asks.clear()
         self.turns: list[tuple[int, Decision, bool]] = []
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
@@ -404,7 +403,7 @@ class Episode:
         node, box, hole = decision.node, decision.box, decision.hole
         self.steps[agent] += 1
         self.short_waits[agent] = 0
-        if self.asks:
+        if self.asks[agent] >= 0:
             self._withdraw_request(agent)
         self.target[agent], self.box[agent], self.hole[agent], self.began[agent] = node, box, hole, self.now
         if self.world.claim(agent, box):
@@ -478,7 +477,7 @@ class Episode:
                 self.expires[agent] = 1
                 self.timed += 1
         clear = -1 if wait is None else wait.clear
-        if self.asks and world.clear_requests.get(clear) != agent:
+        if self.asks[agent] >= 0 and world.clear_requests.get(clear) != agent:
             self._withdraw_request(agent)
         # Who asks first is served first. Only a new request wakes its addressee: two carriers that ask each other
         # would not stop otherwise.
@@ -519,8 +518,8 @@ class Episode:
 
     def _withdraw_request(self, agent: int) -> None:
         """Asks for no node any more; who kept off it may go there now."""
-        requests, node = self.world.clear_requests, self.asks.pop(agent, -1)
-        if requests.get(node) == agent:
+        node, self.asks[agent] = self.asks[agent], -1
+        if self.world.clear_requests.get(node) == agent:
             self.world.unask(node)
             self.waiting.wake((node,))
 

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """From what happens in a simulation to the rows of its trace: indices become the numbers of the scenario's file."""
 
 from __future__ import annotations

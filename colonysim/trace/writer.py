@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """The sink that turns a simulation's rows into a run directory and one hash."""
 
 from __future__ import annotations

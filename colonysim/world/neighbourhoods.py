@@ -1,4 +1,4 @@
-# cython: boundscheck=False, wraparound=False, initializedcheck=False
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, auto_pickle=False
 """Neighbourhood index: for each node of a topology the nodes within a radius, computed once for each topology."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """The world: the state of an episode (agents, boxes, reservations) and the rules by which it may change.
 
 Outcomes are written by `World.apply` and `World.arrive`, reservations, claims and requests by the methods beside them;

@@ -1,4 +1,4 @@
-# cython: boundscheck=False, wraparound=False, initializedcheck=False
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, auto_pickle=False
 """The rules of heights: along which edges an agent can travel and a box can be pushed."""
 
 from __future__ import annotations

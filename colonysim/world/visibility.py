@@ -1,4 +1,4 @@
-# cython: boundscheck=False, wraparound=False, initializedcheck=False
+# cython: boundscheck=False, wraparound=False, initializedcheck=False, auto_pickle=False
 """Visibility: the nodes, boxes and holes that an agent sees from a node, and shortest-path searches among them.
 
 All is kept in flat arrays. Searches never clear them: each has a sequence number, and a node counts as reached if it
