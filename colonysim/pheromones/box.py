@@ -7,7 +7,7 @@ import copy
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LEAST_LEFT, Fading, Marks
+from colonysim.pheromones.marks import Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -103,7 +103,7 @@ class BoxWorth(Marks):
         """Stores B of a pair and adds it to what this `mark` has written."""
         known = value
         if self._fading.on:
-            if self._fading.left() < LEAST_LEFT:
+            if self._fading.faint():
                 self._fade(self._world.now)
             known = self._start + (value - self._start) / self._fading.left()
         self._worth[box * PAIRS + hole] = known

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LEAST_LEFT, Fading, Marks
+from colonysim.pheromones.marks import Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -161,7 +161,7 @@ class Distance(Marks):
     def _store(self, node: int, far: float) -> None:
         """Sets the distance of a node."""
         if self._fading.on:
-            if self._fading.left() < LEAST_LEFT:
+            if self._fading.faint():
                 self._fade(self._world.now)
             rest = self._rest(node)
             far = rest + (far - rest) / self._fading.left()

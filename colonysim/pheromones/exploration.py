@@ -8,7 +8,7 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LEAST_LEFT, Fading, Marks
+from colonysim.pheromones.marks import Fading, Marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -91,7 +91,7 @@ class Exploration(Marks):
             return 0
         one = self.scale
         if self._fading.on:
-            if self._fading.left() < LEAST_LEFT:
+            if self._fading.faint():
                 self._fade(self._world.now)
             one = self.scale * self._fading.left()
         self.stored[node] += 1.0 / one

@@ -15,6 +15,7 @@ cdef class Fading:
 
     cpdef double age(self)
     cpdef double left(self)
+    cpdef bint faint(self)
     cpdef restart(self, double second)
 
 

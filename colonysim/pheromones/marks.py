@@ -19,7 +19,7 @@ __all__ = ["Fading", "Marks", "gather_keys"]
 
 LN2 = 0.6931471805599453
 LEAST_LEFT = 1e-9
-"""When less is left of the values of a time, they are written anew, before too few of their digits are."""
+"""When less is left of the values of a time, they are written anew."""
 
 
 class Fading:
@@ -50,6 +50,10 @@ class Fading:
     def left(self) -> float:
         """The share that is left now of the values that the field holds."""
         return exp(-self.age())
+
+    def faint(self) -> bool:
+        """Whether the values that the field holds should be written anew, before too few of their digits are left."""
+        return self.on and self.left() < LEAST_LEFT
 
     def restart(self, second: float) -> None:
         """The field holds values of now; what comes counts from a second of the episode: now, or 0 at its end."""
