@@ -85,7 +85,9 @@ def locate(group: str, name: str) -> str:
     place = name if ":" in name else BUILT_IN[group].get(name) or available(group).get(name)
     if place is None:
         names = sorted(available(group))
-        raise PluginError(f"no {_kind(group)} {name!r}; {nearest(name, names)}")
+        hint = nearest(name, names)
+        own = "" if hint.startswith("did") else "; one of your own is 'module:Name'"
+        raise PluginError(f"no {_kind(group)} {name!r}; {hint}{own}")
     return place
 
 

@@ -23,7 +23,10 @@ def command(
     path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
     table: Annotated[
         str | None,
-        typer.Argument(help="events, decisions, deposits, poses, controls, frames or episodes.", show_default="events"),
+        typer.Argument(
+            help="events, decisions, deposits, poses, controls, frames, episodes or measurements.",
+            show_default="events",
+        ),
     ] = None,
     episodes: Annotated[
         str | None, typer.Option("--episodes", help="Only these, such as 1,3,10 or 1-5.", show_default="all")

@@ -81,5 +81,5 @@ class Field(Protocol):
         ...
 
     def load(self, frame: Iterable[Write]) -> None:
-        """Takes over the values of another run."""
+        """Takes over the values of another run, as `frame` has given them; called before agents leave any."""
         ...

@@ -168,5 +168,5 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: Flag =
         return StigmergySettings(**values)
     except ValidationError as error:
         first = error.errors()[0]
-        name = str(first["loc"][0]) if first["loc"] else "policy"
+        name = ".".join(part for part in first["loc"] if isinstance(part, str)) or "policy"
         raise scenario.fault(f"policy.{name}", f"{first['msg']}, not {printable(repr(first['input']))}") from None

@@ -17,6 +17,7 @@ from colonysim.randomness import Streams
 from colonysim.scenario.loading import load_scenario
 from colonysim.simulation.episode import Episode
 from colonysim.simulation.foreign import checked_backend, checked_fields, checked_policy
+from colonysim.simulation.foreign.answers import SHOWN
 from colonysim.simulation.initial import load_fields
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
@@ -107,6 +108,7 @@ class Colony:
         self._reached, self._sample = 0.0, inf
         self._observers: list[tuple[str, Callable[[Event, Colony], object]]] = []
         self._measures: list[_Measure] = []
+        self._measured: list[Measurement] = []
         try:
             views = [LocalView(world, self._fields, self._body, agent) for agent in agents]
             self._episode = Episode(world, self._fields, self._body, self._policy, views, rows)
@@ -324,7 +326,7 @@ class Colony:
     def measure(self, name: str, call: Callable[[Colony], float], *, every: float | None = None) -> None:
         """Measures something of one's own: at the end of each episode, or every so many simulated seconds too.
 
-        The values are rows of the trace's table `measurements`.
+        The values are `measurements`, and rows of that table of the trace.
 
         Args:
             name: What it is called in the table.
@@ -343,6 +345,11 @@ class Colony:
         self._measures.append(_Measure(name, call, period, due if self._running else period))
         self._set_sample()
 
+    @property
+    def measurements(self) -> tuple[Measurement, ...]:
+        """What has been measured so far, in order."""
+        return tuple(self._measured)
+
     def _set_sample(self) -> None:
         """When the next value is to be measured, simulated seconds of the episode; never: infinity."""
         self._sample = min((measure.due for measure in self._measures), default=inf)
@@ -353,10 +360,9 @@ class Colony:
         for measure in self._measures:
             if time < measure.due:
                 continue
-            value = measure.call(self)
-            if isinstance(value, bool) or not hasattr(value, "__float__"):
-                raise PluginError(f"measurement {measure.name!r} is {value!r}, expected a number")
-            self._rows.measured(Measurement(self._number, self.now, measure.name, float(value)))
+            value = _number(measure.name, measure.call(self))
+            self._measured.append(Measurement(self._number, self.now, measure.name, value))
+            self._rows.measured(self._measured[-1])
             measure.due += measure.every
         self._set_sample()
 
@@ -404,6 +410,20 @@ class _Measure:
 
     def __init__(self, name: str, call: Callable[[Colony], float], every: float, due: float) -> None:
         self.name, self.call, self.every, self.due = name, call, every, due
+
+
+def _number(name: str, value: object) -> float:
+    """The value of a measurement as a number.
+
+    Raises:
+        PluginError: It is none.
+    """
+    try:
+        if isinstance(value, (bool, str, bytes)):
+            raise TypeError
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise PluginError(f"measurement {name!r} is {SHOWN.repr(value)}, expected a number") from None
 
 
 def _kinds(kinds: Collection[str] | None) -> Collection[str] | None:

@@ -352,6 +352,7 @@ def _trials(
     if count > MAX_TRIALS:
         raise places.fault("", f"makes {count} trials, expected at most {MAX_TRIALS}")
     seen: set[str] = set()
+    twins: dict[str, int] = {}
     bodies = _bodies([body.name for body in backends], places)
     for place, scenario, variant in places_of:
         for parameters in settings:
@@ -370,7 +371,17 @@ def _trials(
                 same = {_identity(trial), _hash({**trial.described(), "content": trial.digest})}
                 if not same & seen:  # listed twice, under whatever names, it is still one trial
                     yield replace(trial, identity=_identity(trial))
+                else:
+                    named = f"{scenario} ({variant})" if variant else scenario
+                    twins[named] = twins.get(named, 0) + 1
                 seen |= same
+    if twins:
+        told = ", ".join(f"{twin} of {named}" for named, twin in twins.items())
+        warnings.warn(
+            f"{sum(twins.values())} of {count} trials are the same as others and run once: {told}",
+            ColonysimWarning,
+            stacklevel=2,
+        )
     if sources.unused:
         name = min(sources.unused)
         known = [n for n in [*file.policies, *(backend.name for backend in backends)] if n is not None]

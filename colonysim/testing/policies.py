@@ -338,6 +338,7 @@ def _move_agents(view: LocalView, hidden: Sequence[int], stream: random.Random) 
 
 def _change_marks(view: LocalView, field: Field, stream: random.Random) -> list[str]:
     world, writes = view._world, []
+    before = {(write.node, write.key): write for write in field.frame()}
     if field.by_box:
         unseen = [box for box, node in enumerate(world.box_node) if not view.sees(node)]
         writes = [Write(box, key, stream.uniform(0.1, 50.0)) for box in unseen for key in field.keys(box)]
@@ -349,6 +350,11 @@ def _change_marks(view: LocalView, field: Field, stream: random.Random) -> list[
                 keyed = [Write(node, key, stream.uniform(0.01, 1.0)) for key in keys]
                 writes += keyed if _has_keys(field, world) else [single]
     field.load(writes)
+    changed = {(write.node, write.key) for write in writes}
+    kept = [write for place, write in before.items() if place not in changed]
+    if any(field.at(write.node, write.key) != write.value for write in kept):
+        # It forgets what it is not told.
+        field.load([*kept, *writes])
     return [f"{field.name} of {write.node}" for write in writes]
 
 

@@ -71,7 +71,8 @@ class Stranded:
         if self.waited > 0:
             sentence += f", waited {self.waited:.1f} s in between"
         if self.state == "waiting":
-            aim = "" if self.waits_for < 0 else f" for node {self.waits_for}"
+            own = self.waits_for in (-1, self.node)
+            aim = " for a change around it" if own else f" for a change at node {self.waits_for}"
             sentence += f"; at node {self.node} it waits{aim} from {self.until:.1f} s"
         return f"{sentence}; the goal could {'' if self.way_open else 'not '}be reached on foot from there"
 

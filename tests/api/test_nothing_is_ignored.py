@@ -21,7 +21,7 @@ PROTOCOLS = {
     # methods that a protocol gives arguments which not everybody needs
     "__exit__", "advance", "at", "begin", "cancel", "feasible", "fields", "footprint", "keys", "reset", "start",
     "_wait", "_stop", "note",  # signal handlers
-    "undertake", "__call__", "_tick",  # what the simulation asks of backends, and SimPy's callbacks
+    "undertake", "come",  # what the simulation asks of backends, and SimPy's callbacks
     "scripted",  # an executor without chance
     "decide", "deposit", "handle_error", "_show_warning",  # what the bench brings, what a server and `warnings` call
 }  # fmt: skip

@@ -203,7 +203,7 @@ def test_who_waits_at_the_end_is_told_with_the_node_and_whether_the_way_was_open
     assert (agent["ended"], agent["state"], agent["node"], agent["waits_for"]) == ("deadlock", "waiting", 12, 13)
     assert not agent["way_open"] and agent["attempts"] == {"travel": 2}
     assert agent["why"].endswith(
-        "at node 12 it waits for node 13 from 2.0 s; the goal could not be reached on foot from there"
+        "at node 12 it waits for a change at node 13 from 2.0 s; the goal could not be reached on foot from there"
     )
 
 

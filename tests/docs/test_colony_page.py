@@ -14,6 +14,7 @@ def test_the_examples_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         exec(compile(code, str(PAGE), "exec"), names)
     held, shown, spread = capsys.readouterr().out.splitlines()
     assert held.startswith("12.0 [") and shown.startswith("<Colony hard: episode 3 of ")
+    assert len(names["levels"]) > 30 and names["levels"][20].sum() > 0  # type: ignore[arg-type, index]
     assert re.fullmatch(r"\[\d+\.\d+, \d+\.\d+, \d+\.\d+\]", spread)
 
 
