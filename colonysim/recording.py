@@ -167,6 +167,8 @@ def run(
                         on_event(event, recorded)
                     if tap:
                         writer.share()
+                if not colony.completed:
+                    raise ColonysimError("the colony was closed before its last episode had ended")
     except Exception:
         if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):
             _take_back(directory, [directory, *made] if out is None else made)

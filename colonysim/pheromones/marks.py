@@ -6,6 +6,7 @@ from __future__ import annotations
 from array import array
 from typing import TYPE_CHECKING
 
+from colonysim.arguments import real
 from colonysim.exact import exp
 from colonysim.pheromones.field import Write
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Fading", "Marks", "gather_keys"]
 
 LN2 = 0.6931471805599453
+SHORTEST_HALF_LIFE, LONGEST_HALF_LIFE = 1e-6, 1e9
 LEAST_LEFT = 1e-9
 """When less is left of the values of a time, they are written anew."""
 
@@ -30,7 +32,10 @@ class Fading:
 
     Args:
         world: Whose time it is.
-        half_life: Simulated seconds; None for marks that stay.
+        half_life: Simulated seconds, from a millionth on; None for marks that stay.
+
+    Raises:
+        ColonysimError: It is no such time.
 
     Attributes:
         on: Whether marks fade.
@@ -40,6 +45,8 @@ class Fading:
     """
 
     def __init__(self, world: World, half_life: float | None = None) -> None:
+        if half_life is not None:
+            half_life = real("half_life", half_life, SHORTEST_HALF_LIFE, LONGEST_HALF_LIFE)
         self._world, self.on, self.half_life = world, half_life is not None, half_life
         self.rate, self.since = 0.0 if half_life is None else LN2 / half_life, 0.0
 

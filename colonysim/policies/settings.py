@@ -22,6 +22,7 @@ LARGEST = 1e9
 Flag = Annotated[bool, Strict()]
 Share = Annotated[float, Strict(), Field(ge=0.0, le=1.0)]
 Weight = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+HalfLife = Annotated[float, Strict(), Field(ge=1e-6, le=LARGEST, allow_inf_nan=False)]
 Positive = Annotated[float, Strict(), Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
 
 
@@ -85,19 +86,19 @@ class StigmergySettings:
     distance_rule: Literal["lrta", "literal"] = "lrta"
     unvisited: Literal["straight", "zero"] = "straight"
     updates: Literal["occupied", "everywhere"] = "occupied"
-    distance_half_life: Positive | None = None
+    distance_half_life: HalfLife | None = None
     deposit_at_start: Flag = False
     hole_rule: Literal["max", "min"] = "max"
     hole_evaporation: Share = 0.5
-    hole_half_life: Positive | None = None
+    hole_half_life: HalfLife | None = None
     box_decay: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.95
     box_start: Positive = 2.0
     box_cap: Positive | None = 4.0
-    box_half_life: Positive | None = None
+    box_half_life: HalfLife | None = None
     box_credit: Literal["enter", "leave"] = "leave"
     stack_credit: Literal["all", "top"] = "all"
     exploration_evaporation: Share | None = 0.5
-    exploration_half_life: Positive | None = None
+    exploration_half_life: HalfLife | None = None
     exploration_on_wait: Flag = False
     overfill: Flag = False
     candidates_centre: Literal["box", "agent"] = "box"

@@ -4,26 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import finalize
 
-from colonysim.arguments import as_seed, whole
-from colonysim.errors import ColonysimError, PluginError
+from colonysim.arguments import as_seed, real, whole
+from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import make_backend, make_policy
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.scenario.loading import load_scenario
+from colonysim.scenario.scenario import Scenario
 from colonysim.simulation.episode import Episode
 from colonysim.simulation.foreign import checked_backend, checked_fields, checked_policy
 from colonysim.simulation.foreign.answers import SHOWN
 from colonysim.simulation.initial import load_fields
+from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
 from colonysim.suggest import nearest
 from colonysim.trace.rows import Rows
-from colonysim.trace.schema import EVENT_KINDS, Measurement
+from colonysim.trace.schema import EVENT_KINDS
 from colonysim.trace.writer import TraceWriter
 from colonysim.world.state import World
 
@@ -32,13 +35,18 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
-    from colonysim.scenario.scenario import Scenario
-    from colonysim.trace.schema import Event, Frame, Sink
+    from colonysim.trace.schema import Event, Frame, Measurement, Sink
 
 __all__ = ["Colony"]
 
+MAX_SECONDS = 9e12
+"""Readers of a trace take no later time, simulated seconds."""
 OBSERVED = (*EVENT_KINDS, "arrive", "fail")
 """What `Colony.on` can be asked for: kinds of events, and ends that arrived or did not."""
+
+
+_MOVING: set[int] = set()
+"""Backends, by their `id`, that move a colony that is not closed."""
 
 
 class Colony:
@@ -87,7 +95,11 @@ class Colony:
         backend_options: Mapping[str, Any] | None = None,
         kinds: Collection[str] | None = None,
     ) -> None:
-        scenario = with_robot(load_scenario(scenario) if isinstance(scenario, (str, Path)) else scenario)
+        if isinstance(scenario, (str, Path)):
+            scenario = load_scenario(scenario)
+        if not isinstance(scenario, Scenario):
+            raise ColonysimError(f"scenario is {SHOWN.repr(scenario)}, expected a scenario, its file or its name")
+        scenario = with_robot(scenario)
         self.scenario, self.mode = scenario, mode_of(scenario, mode)
         self._count = scenario.episodes if episodes is None else whole("episodes", episodes)
         self._streams = Streams(as_seed(seed))
@@ -101,20 +113,26 @@ class Colony:
         if initial:
             load_fields(world, self._fields, initial)
         made = make_backend(backend, backend_options, scenario)
+        if id(made) in _MOVING:
+            raise ColonysimError("this backend moves another colony already; make one for each, or close that one")
         self._body = checked_backend(made, world, rows, recording=sink is not None)
+        _MOVING.add(id(made))
+        # Also of a colony that nobody closes: an engine keeps what it has until it is told.
+        self._release = finalize(self, _let_go, self._body, id(made))
+        self._release.atexit = False
         agents = range(len(scenario.agents))
         self._memories: list[Any] = [None for _ in agents]
         self._number, self._running, self._aged, self._closed = 0, False, True, False
-        self._reached, self._sample = 0.0, inf
+        self._calling = False
         self._observers: list[tuple[str, Callable[[Event, Colony], object]]] = []
-        self._measures: list[_Measure] = []
+        self._measures = Measures()
         self._measured: list[Measurement] = []
         try:
             views = [LocalView(world, self._fields, self._body, agent) for agent in agents]
             self._episode = Episode(world, self._fields, self._body, self._policy, views, rows)
         except BaseException:
             with suppress(Exception):  # what went wrong first is what counts
-                self._body.close()
+                self._release()
             raise
         self._agents, self._boxes = AgentsView(world, self._episode, views), BoxesView(world)
         self._shown_fields, self._place = FieldsView(world, self._fields), WorldView(world)
@@ -142,8 +160,8 @@ class Colony:
         """Goes on until something is so.
 
         Args:
-            time: Until this simulated second of the episode under way (of the first one, if none is), or its end if
-                that is sooner. Everything that is due by then has happened.
+            time: Until this simulated second of the episode under way, or its end if that is sooner. Everything that is
+                due by then has happened. Where no episode is under way, the next one begins.
             event: Until the first event of a kind (see `on`), or for which a function is true.
             episode: Until the episode of this number has ended.
 
@@ -157,36 +175,36 @@ class Colony:
         if len(given) != 1:
             raise ColonysimError(f"run_until takes one of time, event and episode, not {' and '.join(given) or 'none'}")
         if time is not None:
-            return self._run_until_time(time)
+            return self._run_until_time(real("time", time, 0.0, MAX_SECONDS))
         if episode is not None:
-            number = whole("episode", episode, 1)
-            if number > self._count:
-                raise ColonysimError(f"episode: {number}, but there are {self._count}")
-            met: Callable[[Event], bool] = lambda event: event.kind == "episode" and event.episode >= number  # noqa: E731
-            if self._number > number or (self._number == number and not self._running):
-                return None
-        elif callable(event):
-            met = event
-        else:
+            return self._run_until_episode(whole("episode", episode, 1, max(1, self._count)))
+        if not callable(event):
             kind = self._observable(event)
-            met = lambda event: _is(kind, event)  # noqa: E731
+            return self._run_until_met(lambda event: _is(kind, event))
+        return self._run_until_met(event)
+
+    def _run_until_time(self, time: float) -> Event | None:
+        last, events = None, self._rows.events
+        while last is None or self._running or events:
+            if (came := self._next(time, stay=True)) is None:
+                break
+            last = came
+        if self._running:
+            self._reach(time)
+        return last
+
+    def _run_until_episode(self, number: int) -> Event | None:
+        self._observable("episode")
+        if self._number > number or (self._number == number and not self._running and not self._rows.events):
+            return None
+        return self._run_until_met(lambda event: event.kind == "episode" and event.episode >= number)
+
+    def _run_until_met(self, met: Callable[[Event], bool]) -> Event | None:
         last = None
         while (came := self._next(inf)) is not None:
             last = came
-            if met(came):
+            if self._called(met, came):
                 break
-        return last
-
-    def _run_until_time(self, time: float) -> Event | None:
-        if isinstance(time, bool) or not isinstance(time, (int, float)) or not isfinite(time) or time < 0:
-            raise ColonysimError(f"time is {time!r}, expected a number of simulated seconds from 0")
-        last = None
-        while (came := self._next(time)) is not None:
-            last = came
-            if came.kind == "episode":
-                return last
-        if self._running:
-            self._reached = max(self._reached, float(time))
         return last
 
     def __iter__(self) -> Iterator[Event]:
@@ -198,45 +216,72 @@ class Colony:
             if events:
                 yield self._told(events.pop(0))
 
-    def _next(self, until: float) -> Event | None:
+    def _next(self, until: float, *, stay: bool = False) -> Event | None:
         """The next event that is due by a time of the episode under way; None if there is none."""
         events = self._rows.events
-        return self._told(events.pop(0)) if events or self._fill(until) else None
+        return self._told(events.pop(0)) if events or self._fill(until, stay=stay) else None
 
     def _told(self, event: Event) -> Event:
         for kind, call in self._observers:
             if _is(kind, event):
-                call(event, self)
+                self._called(call, event, self)
         return event
 
-    def _fill(self, until: float) -> bool:
-        """Lets the colony go on until events have come out; False if none have by a time of the episode under way."""
+    def _called(self, call: Callable[..., Any], *arguments: object) -> Any:
+        """What a function of the user returns; it may look at the colony, and what it raises ends it."""
+        self._calling = True
+        try:
+            return call(*arguments)
+        except BaseException:
+            self._calling = False
+            self._fail()
+            raise
+        finally:
+            self._calling = False
+
+    def _fill(self, until: float, *, stay: bool = False) -> bool:
+        """Lets the colony go on until events have come out; False if none have by a time of the episode under way.
+
+        Args:
+            until: That time.
+            stay: Whether to stop at the end of the episode under way, or of the one that begins now.
+        """
+        if self._calling:
+            raise ColonysimError("a colony cannot go on while it waits for an observer or a measurement of its own")
         if self._closed:
             return False
-        events, episode = self._rows.events, self._episode
+        events, episode, measures = self._rows.events, self._episode, self._measures
+        begun = self._running
         try:
-            while self._running or self._begin_next():
-                if events or episode.go_on(until if until < self._sample else self._sample):
+            while self._running or (not (stay and begun) and self._begin_next()):
+                begun = True
+                if events or episode.go_on(until if until < measures.due else measures.due):
                     return True
                 if episode.over:
                     self._finish()
                     if events:
                         return True
-                elif self._sample <= until:
-                    self._measure(self._sample)
+                elif measures.due <= until:
+                    self._reach(measures.due)
+                    self._measure(ended=False)
                 else:
                     return False
-            self.close()
+            if self.completed:
+                self.close()
         except BaseException:
             self._fail()
             raise
         return False
 
+    def _reach(self, time: float) -> None:
+        """Nothing more happens up to a time of the episode under way."""
+        self._world.now = max(self._world.now, time)
+
     def _finish(self) -> None:
         """Ends the episode that is over; what is measured at its end comes before its last event is handed out."""
         self._episode.finish()
         self._running = False
-        self._measure(inf)
+        self._measure(ended=True)
 
     def _begin_next(self) -> bool:
         """Begins the next episode; False if there is none."""
@@ -251,10 +296,8 @@ class Colony:
         self._world.reset()
         self._body.reset(self._world, own)
         self._memories = [self._policy.begin(agent, memory) for agent, memory in enumerate(self._memories)]
-        self._running, self._aged, self._reached = True, False, 0.0
-        for measure in self._measures:
-            measure.due = measure.every
-        self._set_sample()
+        self._running, self._aged = True, False
+        self._measures.begin()
         self._episode.begin(self._number, self._memories, own, synchronous=self.mode == "synchronous")
         return True
 
@@ -263,7 +306,7 @@ class Colony:
     @property
     def now(self) -> float:
         """Simulated seconds since the start of the episode under way, or how long the last one took."""
-        return max(self._reached, self._episode.now) if self._number else 0.0
+        return self._world.now
 
     @property
     def episode(self) -> int:
@@ -271,9 +314,14 @@ class Colony:
         return self._number
 
     @property
+    def completed(self) -> bool:
+        """Whether all episodes have ended."""
+        return self._number == self._count and not self._running
+
+    @property
     def over(self) -> bool:
-        """Whether all episodes have ended and every event has been handed out."""
-        return not self._rows.events and (self._closed or (self._number == self._count and not self._running))
+        """Whether nothing more will be handed out: all episodes have ended, or the colony is closed."""
+        return not self._rows.events and (self._closed or self.completed)
 
     @property
     def agents(self) -> AgentsView:
@@ -308,6 +356,8 @@ class Colony:
         Raises:
             ColonysimError: There is no such kind, or this colony does not hand it out (`kinds`).
         """
+        if not callable(call):
+            raise ColonysimError(f"on: {SHOWN.repr(call)} is no function of an event and a colony")
         observer = (self._observable(kind), call)
         self._observers = [*self._observers, observer]
 
@@ -336,45 +386,30 @@ class Colony:
         Raises:
             ColonysimError: There is one of that name already, or `every` is no time.
         """
-        if not isinstance(name, str) or not name or any(measure.name == name for measure in self._measures):
-            raise ColonysimError(f"measure: the name {name!r} is taken or is no text; expected a new one")
-        if every is not None and not (isinstance(every, (int, float)) and isfinite(every) and every > 0):
-            raise ColonysimError(f"measure: every is {every!r}, expected simulated seconds above 0")
-        period = inf if every is None else float(every)
-        due = inf if every is None else period * (self.now // period + 1)
-        self._measures.append(_Measure(name, call, period, due if self._running else period))
-        self._set_sample()
+        self._measures.add(name, call, every, self.now if self._running else 0.0)
 
     @property
     def measurements(self) -> tuple[Measurement, ...]:
         """What has been measured so far, in order."""
         return tuple(self._measured)
 
-    def _set_sample(self) -> None:
-        """When the next value is to be measured, simulated seconds of the episode; never: infinity."""
-        self._sample = min((measure.due for measure in self._measures), default=inf)
-
-    def _measure(self, time: float) -> None:
-        """Takes the values that are due at a time; at the end of an episode (infinity) all of them."""
-        self._reached = max(self._reached, time) if time < inf else self._reached
-        for measure in self._measures:
-            if time < measure.due:
-                continue
-            value = _number(measure.name, measure.call(self))
-            self._measured.append(Measurement(self._number, self.now, measure.name, value))
-            self._rows.measured(self._measured[-1])
-            measure.due += measure.every
-        self._set_sample()
+    def _measure(self, *, ended: bool) -> None:
+        for row in self._called(lambda: [*self._measures.take(self, self._number, self.now, ended=ended)]):
+            self._measured.append(row)
+            self._rows.measured(row)
 
     # -- the end -----------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
         """Lets go of the backend; a colony that is closed can be looked at, but does not go on. May be called again."""
+        if self._calling:
+            raise ColonysimError("a colony cannot be closed by an observer or a measurement of its own")
         if self._closed:
             return
         self._closed = True
+        self._rows.events.clear()
         try:
-            self._body.close()
+            self._release()
         finally:
             self._episode.close()
 
@@ -403,36 +438,21 @@ class Colony:
         return picture(self)
 
 
-class _Measure:
-    """A measurement of the user's own and when it is due next, simulated seconds of the episode."""
-
-    __slots__ = ("call", "due", "every", "name")
-
-    def __init__(self, name: str, call: Callable[[Colony], float], every: float, due: float) -> None:
-        self.name, self.call, self.every, self.due = name, call, every, due
-
-
-def _number(name: str, value: object) -> float:
-    """The value of a measurement as a number.
-
-    Raises:
-        PluginError: It is none.
-    """
-    try:
-        if isinstance(value, (bool, str, bytes)):
-            raise TypeError
-        return float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise PluginError(f"measurement {name!r} is {SHOWN.repr(value)}, expected a number") from None
-
-
-def _kinds(kinds: Collection[str] | None) -> Collection[str] | None:
-    if isinstance(kinds, str):
-        raise ColonysimError(f"kinds is {kinds!r}, expected a list of kinds, such as [{kinds!r}]")
-    for kind in () if kinds is None else kinds:
+def _kinds(kinds: Collection[str] | None) -> frozenset[str] | None:
+    if kinds is None:
+        return None
+    if isinstance(kinds, str) or not isinstance(kinds, Iterable):
+        raise ColonysimError(f"kinds is {kinds!r}, expected a list of kinds, such as ['goal', 'episode']")
+    asked = [*kinds]
+    for kind in asked:
         if kind not in EVENT_KINDS:
             raise ColonysimError(f"kinds: no events of kind {kind!r}; {nearest(str(kind), EVENT_KINDS)}")
-    return kinds
+    return frozenset(asked)
+
+
+def _let_go(body: Backend, number: int) -> None:
+    _MOVING.discard(number)
+    body.close()
 
 
 def _event_kind(kind: str) -> str:

@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from colonysim.errors import TraceError
 from colonysim.trace.failures import UNTOLD
 from colonysim.trace.replay import follow, with_boxes
 
@@ -38,11 +39,11 @@ class Stranded:
         node: Where it was at the end.
         waits_for: The node it was waiting for at the end, -1 for none.
         since: Start of its last stretch, in which it kept to `nodes`.
-        until: Time of the last event that it had a part in.
+        until: Time of its last event; if it was waiting at the end, of that wait's beginning, however often renewed.
         nodes: The nodes of the last stretch, in the order in which they were first met.
         attempts: How often it tried each action in that stretch.
         failures: How many of these attempts did not arrive, by reason, the most frequent first.
-        waited: Seconds of the last stretch that it waited before it acted again.
+        waited: Seconds of the last stretch that it waited before it acted again, the wait at the end left out.
         reason: Why its very last attempt did not arrive; empty if it did.
         way_open: Whether the goal could be reached from there on foot, other agents aside.
     """
@@ -129,13 +130,16 @@ def _of_episode(scenario: Scenario, events: list[Event], ended: str) -> Iterator
         return
     world = with_boxes(scenario, {box: way[-1] for box, way in ways.boxes.items()})
     for agent in absent:
-        yield _last_stretch(scenario, world, [event for event in events if event.agent == agent], ended)
+        own = [event for event in events if event.agent == agent]
+        if not own or not all({event.node, event.now_at} <= scenario.topology.index.keys() for event in own):
+            raise TraceError(f"events: episode {events[0].episode} does not tell where agent {agent} is")
+        yield _last_stretch(scenario, world, own, ended)
 
 
 def _way_open(scenario: Scenario, world: World, last: Event, node: int) -> bool:
     """Whether an agent whose last attempt this was can get from a node (an index) to the goal on foot."""
     level = world.surface[node]
-    if last.action in ("take", "push") and last.status == "arrived" and world.top[node] == last.box:
+    if last.action in ("take", "push") and world.top[node] == last.box:
         level = world.box_base[last.box]
     reached = {node} | {j for j, _ in world.reachable_neighbours(level, node)}
     ahead = list(reached - {node})
@@ -167,7 +171,7 @@ def _last_stretch(scenario: Scenario, world: World, events: list[Event], ended: 
         node,
         last.target if last.kind == "wait" else -1,
         since,
-        last.time,
+        _since_when(events),
         tuple(nodes) or (last.node,),
         dict(Counter(event.action for event in stretch).most_common()),
         dict(Counter(event.reason or UNTOLD for event in stretch if event.status != "arrived").most_common()),
@@ -175,6 +179,14 @@ def _last_stretch(scenario: Scenario, world: World, events: list[Event], ended: 
         ends[-1].reason if ends else "",
         _way_open(scenario, world, ends[-1] if ends else last, scenario.topology.index[node]),
     )
+
+
+def _since_when(events: list[Event]) -> float:
+    """The time of an agent's last event; of several waits in a row, that of the first."""
+    last = len(events) - 1
+    while last > 0 and events[last].kind == events[last - 1].kind == "wait":
+        last -= 1
+    return events[last].time
 
 
 def _state(events: list[Event]) -> State:

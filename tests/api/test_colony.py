@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 import colonysim
 from colonysim import Colony, ColonysimError, simulate
+from colonysim.backends.nodeworld import NodeWorld
 from colonysim.trace.reader import Run
 
 
@@ -60,10 +62,10 @@ def test_until_an_event_or_an_episode() -> None:
     [
         ({}, "one of time, event and episode"),
         ({"time": 1.0, "episode": 1}, "time and episode"),
-        ({"time": -1}, "seconds from 0"),
-        ({"time": math.nan}, "seconds from 0"),
-        ({"time": True}, "seconds from 0"),
-        ({"episode": 9}, "there are 2"),
+        ({"time": -1}, "time: -1"),
+        ({"time": math.nan}, "time: nan"),
+        ({"time": True}, "time: True"),
+        ({"episode": 9}, "episode: 9"),
         ({"episode": 1.5}, "whole number"),
         ({"event": "arrives"}, "did you mean 'arrive'"),
     ],
@@ -157,6 +159,81 @@ def test_what_an_observer_raises_ends_the_colony() -> None:
     colony.on("goal", fail)
     with pytest.raises(RuntimeError, match="no more"):
         list(colony)
+    assert colony.over and colony.step() is None
+
+
+def test_neither_observers_nor_measurements_move_the_colony() -> None:
+    for call in (lambda held: held.step(), lambda held: held.run_until(time=99), lambda held: held.close()):
+        for place in ("on", "measure"):
+            colony = Colony("sanity", episodes=1)
+            if place == "on":
+                colony.on("end", lambda event, held, call=call: call(held))
+            else:
+                colony.measure("moves", call, every=1.0)
+            with pytest.raises(ColonysimError, match="a colony cannot"):
+                list(colony)
+
+
+def test_until_a_time_stops_at_the_episode_s_end_whatever_is_handed_out() -> None:
+    for kinds in (None, ["goal"], ["episode"], ["wait"], []):
+        colony = Colony("hard", seed=1, episodes=3, kinds=kinds)
+        colony.run_until(time=1e6)
+        assert colony.episode == 1 and not colony.over and not colony.completed, kinds
+        colony.run_until(time=3.0)
+        assert colony.episode == 2 and colony.now == 3.0, kinds
+    with pytest.raises(ColonysimError, match="leaves them out"):
+        Colony("hard", kinds=["goal"]).run_until(episode=1)
+
+
+def test_fields_fade_up_to_now() -> None:
+    colony = Colony(colonysim.load_scenario("hard", None, {"policy.exploration_half_life": 2.0}), seed=1)
+    colony.run_until(time=12.0)
+    node = int(colony.agents.node[0])
+    before, last = colony.fields["E"].values(), max(colony.now, 12.0)
+    colony.run_until(time=12.0 + 1e-3)
+    assert last == 12.0 and (colony.fields["E"].values() <= before + 1.0).all() and node >= 0
+    others = colony.fields["E"].values() < before
+    assert (colony.fields["E"].values()[others] / before[others] == pytest.approx(0.5 ** (1e-3 / 2.0), rel=1e-12))
+
+
+def test_the_end_of_an_episode_is_its_time(tmp_path: Path) -> None:
+    rows = []
+    colony = Colony(colonysim.load_scenario("hard", None, {"time_limit": 5.25}), seed=1, episodes=1)
+    colony.measure("now", lambda held: held.now, every=0.5)
+    rows = [event for event in colony if event.kind == "episode"]
+    assert rows[0].time == 5.25 == colony.now and colony.measurements[-1][1:] == (5.25, "now", 5.25)
+    assert [row.time for row in colony.measurements] == [*(0.5 * k for k in range(1, 11)), 5.25]
+
+
+def test_a_colony_that_nobody_closes_lets_go_of_its_backend() -> None:
+    class Watched(NodeWorld):
+        closed = 0
+
+        def close(self) -> None:
+            type(self).closed += 1
+
+    body = Watched()
+    colony = Colony("hard", seed=1, backend=body)
+    colony.step()
+    with pytest.raises(ColonysimError, match="moves another colony"):
+        Colony("hard", seed=1, backend=body)
+    del colony
+    gc.collect()
+    assert Watched.closed == 1
+    Colony("hard", seed=1, backend=body).close()
+    assert Watched.closed == 2
+
+
+def test_a_run_whose_colony_is_closed_early_is_not_finished(tmp_path: Path) -> None:
+    with pytest.raises(ColonysimError, match="closed before its last episode"):
+        colonysim.run("hard", seed=1, episodes=2, out=tmp_path / "run", on_begin=lambda held: held.close())
+    assert not (tmp_path / "run").exists() or Run.open(tmp_path / "run").status == "failed"
+
+
+@pytest.mark.parametrize("wrong", [5, None, {}])
+def test_what_is_no_scenario(wrong: object) -> None:
+    with pytest.raises(ColonysimError, match="expected a scenario"):
+        Colony(wrong)  # type: ignore[arg-type]
 
 
 def test_measurements_are_a_table_of_the_run(tmp_path: Path) -> None:
@@ -184,18 +261,21 @@ def test_who_measures_nothing_keeps_the_hash(tmp_path: Path) -> None:
     assert run.table("measurements").num_rows == 0
 
 
-@pytest.mark.parametrize("value", ["many", None, True])
+@pytest.mark.parametrize("value", ["many", None, True, 10**400, np.array([1.0, 2.0])])
 def test_a_measurement_that_is_no_number(value: object) -> None:
     colony = Colony("sanity", episodes=1)
     colony.measure("wrong", lambda held: value)  # type: ignore[arg-type, return-value]
-    with pytest.raises(ColonysimError, match=f"'wrong' is {value!r}, expected a number"):
+    with pytest.raises(ColonysimError, match=r"'wrong' is .*, expected a number"):
         list(colony)
 
 
 def test_measurements_that_cannot_be() -> None:
     colony = Colony("sanity", episodes=1)
     colony.measure("one", lambda held: 1.0)
-    for name, every in (("one", None), ("", None), ("two", 0.0), ("two", -1.0), ("two", math.inf), ("two", "often")):
+    for name, every in (
+        ("one", None), ("", None), ("a" * 1001, None), ("\ud800", None), ("two", 0.0), ("two", -1.0), ("two", math.inf),
+        ("two", "often"), ("two", 1e-300), ("two", True),
+    ):  # fmt: skip
         with pytest.raises(ColonysimError, match="measure: "):
             colony.measure(name, lambda held: 1.0, every=every)  # type: ignore[arg-type]
 

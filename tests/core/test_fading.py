@@ -202,5 +202,6 @@ def test_fading_marks_change_a_run_and_none_do_not():
         assert play(never, seed=1, episodes=2)[0] == plain
         soon = load_scenario("hard", None, {f"policy.{name}_half_life": 1.0})
         assert play(soon, seed=1, episodes=2)[0] != plain or name == "hole", name
-        with pytest.raises(ColonysimError, match=f"policy.{name}_half_life"):
-            play(load_scenario("hard", None, {f"policy.{name}_half_life": 0}), seed=1, episodes=1)
+        for wrong in (0, -1.0, 1e-310, float("nan"), "soon"):
+            with pytest.raises(ColonysimError, match=f"policy.{name}_half_life"):
+                play(load_scenario("hard", None, {f"policy.{name}_half_life": wrong}), seed=1, episodes=1)
