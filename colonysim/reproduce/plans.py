@@ -51,7 +51,7 @@ class Size:
     seeds: int = 20
     first_seed: int = 1000
     episodes: int = 30
-    physics_seeds: int = 3
+    physics_seeds: int = 5
     physics_episodes: int = 20
     drawn: int = 12
     driven: int = 10
@@ -78,10 +78,13 @@ def nodeworld(size: Size) -> list[dict[str, Any]]:
 
 
 def physics(size: Size) -> list[dict[str, Any]]:
-    """The preset `colony` on the paper's maps with rigid bodies."""
-    body = [{"name": size.engine, "push": "staged"}]
+    """Both presets on the paper's maps with rigid bodies, with the paper's push and estimate, and the staged push."""
+    body = [
+        {"name": size.engine, "push": "rl", "feasibility": "forest"},
+        {"name": size.engine, "push": "staged", "feasibility": "way"},
+    ]
     seeds = {"count": size.physics_seeds, "first": size.first_seed}
-    few = {"policies": ["colony"], "seeds": seeds, "episodes": size.physics_episodes}
+    few = {"seeds": seeds, "episodes": size.physics_episodes}
     return [_document(size, MAPS, modes=["asynchronous"], backends=body) | few]
 
 
