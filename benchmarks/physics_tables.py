@@ -15,7 +15,7 @@ import random
 import statistics
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -111,8 +111,13 @@ def measure(task: tuple[Unit, str, int]) -> dict[str, Any]:
             for e in sink.rows
         ],
         "failures": dict(failures.most_common()), "control_ticks": dict(sink.choosers),
-        "travels": travels, "pushes": pushes, "wall_seconds": round(time.perf_counter() - began, 1),
+        "travels": told(travels), "pushes": told(pushes), "wall_seconds": round(time.perf_counter() - began, 1),
     }  # fmt: skip
+
+
+def told(durations: dict[str, list[float]]) -> dict[str, tuple[int, float]]:
+    """For each edge how often it was done, and the mean of its seconds."""
+    return {edge: (len(some), round(statistics.fmean(some), 3)) for edge, some in durations.items()}
 
 
 def read(path: Path) -> list[dict[str, Any]]:
@@ -138,19 +143,20 @@ def with_measured_durations(
 
     timing: dict[str, Any] = {"jitter": 0.1}
     for kind in ("travels", "pushes"):
-        by_edge: dict[str, list[float]] = {}
+        counts: Counter[str] = Counter()
+        seconds: defaultdict[str, float] = defaultdict(float)
         for run in runs:
-            for edge, seconds in run[kind].items():
-                by_edge.setdefault(edge, []).extend(seconds)
-        timing[kind] = [[*map(int, edge.split("-")), statistics.fmean(s)] for edge, s in sorted(by_edge.items())]
+            for edge, (count, mean_seconds) in run[kind].items():
+                counts[edge] += count
+                seconds[edge] += count * mean_seconds
+        timing[kind] = [[*map(int, edge.split("-")), seconds[edge] / n] for edge, n in sorted(counts.items())]
         plain = scenario_of(name).topology
-        ratios = [
-            second / plain.length(plain.index[i], plain.index[j])
-            for edge, s in by_edge.items()
+        ratios = sum(
+            seconds[edge] / plain.length(plain.index[i], plain.index[j])
+            for edge in counts
             for i, j in [map(int, edge.split("-"))]
-            for second in s
-        ]
-        timing["travel" if kind == "travels" else "push"] = statistics.fmean(ratios) if ratios else 1.0
+        )
+        timing["travel" if kind == "travels" else "push"] = ratios / counts.total() if counts else 1.0
     scenario = scenario_of(name, {"timing": timing})
     rows: list[Any] = []
     for seed in seeds:
