@@ -15,6 +15,7 @@ from colonysim.reproduce import plans
 from colonysim.reproduce.context import Context
 from colonysim.reproduce.document import Block, Heading, Text, as_html, as_markdown
 from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_in_physics
+from colonysim.reproduce.fit import fit_part, held_out
 from colonysim.reproduce.pages import report
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.push import Trainings
@@ -26,6 +27,7 @@ from colonysim.sweep import Store, run_planned
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from colonysim.reproduce.paper import Paper
     from colonysim.sweep.workers import Outcome
 
 __all__ = ["STUDIES", "Made", "Study", "reproduce", "stored"]
@@ -41,6 +43,7 @@ class Study:
         part: Makes its blocks.
         trials: The sweeps it needs.
         physics: Whether it needs a rigid-body engine.
+        then: Makes the sweeps that depend on what the first ones have found.
         page: The page that it stands on, one of `pages.PAGES`.
     """
 
@@ -49,6 +52,7 @@ class Study:
     part: Callable[[Context], list[Block]]
     trials: Callable[[plans.Size], list[dict[str, Any]]] = lambda size: []
     physics: bool = False
+    then: Callable[[plans.Size, Evidence, Paper], list[dict[str, Any]]] | None = None
     page: str = "pheromones"
 
 
@@ -72,6 +76,10 @@ STUDIES = {
     "ablation-easy": Study(
         "Ablations on easy", "AblationEasy", lambda context: ablation_part(context, "easy"),
         lambda size: plans.ablation(size, "easy"), page="ablations",
+    ),
+    "fit": Study(
+        "The parameters that the paper does not print", "PerformanceEasyMedium, HardResults", fit_part, plans.fit,
+        then=held_out, page="fit",
     ),
     "asynchrony": Study(
         "Asynchronous against synchronous", "Section 3.5.2, Deadlock", asynchrony_part, plans.asynchrony,
@@ -189,10 +197,17 @@ def reproduce(
     with alone(out, "is reproducing the paper there"):
         measured: list[Measured] = []
         if documents:
-            trials = plans.asked(documents)
             with Store(out / "trials", write=True) as store:
+                trials = plans.asked(documents)
                 run_planned(plans.joined(trials), store, workers=workers, on_outcome=on_outcome)
-            measured, missing = found_by(trials, store)
+                measured, missing = found_by(trials, store)
+                following = [study.then for study in chosen.values() if study.then is not None]
+                if following:
+                    found = Evidence(measured)
+                    more = [document for then in following for document in then(size, found, the_paper())]
+                    trials += plans.asked(more)
+                    run_planned(plans.joined(trials), store, workers=workers, on_outcome=on_outcome)
+                    measured, missing = found_by(trials, store)
             gaps += [f"trial {line}" for line in missing]
         context = Context(
             out=out, size=size, paper=the_paper(), evidence=Evidence([*measured, *kept]), trainings=trained,

@@ -19,6 +19,10 @@ __all__ = ["PAGES", "report"]
 
 PAGES = {
     "performance": ("Performance", "the paper's tables of steps and success, on the node world and with rigid bodies"),
+    "fit": (
+        "The unprinted parameters",
+        "which values bring the paper's rules closest to its rows",
+    ),
     "ablations": (
         "Ablations and asynchrony",
         "the five parameters; agents that act all at once or in their own time",

@@ -52,6 +52,7 @@ TOPICS = (
         {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"},
     ),
     Topic("Its rules on the node world, where every push succeeds", ("performance-nodeworld",), {"policy": "paper"}),
+    Topic("Its five rows on the node world at the parameters that fit them best", ("fit",), {"policy": "paper"}),
     Topic(
         "What it says of parameters, asynchrony and pheromones, under its rules", _RULES + _FIELDS, {"policy": "paper"}
     ),
