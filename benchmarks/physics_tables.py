@@ -20,6 +20,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from colonysim.backends.physics import FEASIBILITIES, SUITED
 from colonysim.jsonlines import append_line, read_lines, warn_of
 from colonysim.physics import ENGINES, default_engine
@@ -66,6 +68,7 @@ class Unit:
         push: Name of an executor.
         feasibility: Name of the estimate that says whether a push is tried.
         seed: Its seed.
+        parameters: Fields of the scenario that are set, by path.
     """
 
     map: str
@@ -73,13 +76,19 @@ class Unit:
     push: str
     feasibility: str
     seed: int
+    parameters: tuple[tuple[str, Any], ...] = ()
+
+    def row(self) -> dict[str, Any]:
+        """As it stands in a stored row; `parameters` only where there are some."""
+        given = asdict(self)
+        parameters = dict(given.pop("parameters"))
+        return {**given, "parameters": parameters} if parameters else given
 
 
 def unit_of(row: dict[str, Any]) -> Unit:
-    """The unit of a stored row; rows that name neither policy nor estimate had the default ones."""
-    return Unit(
-        row["map"], row.get("policy", "colony"), row["push"], row.get("feasibility") or SUITED[row["push"]], row["seed"]
-    )
+    """The unit of a stored row."""
+    parameters = tuple(sorted(row.get("parameters", {}).items()))
+    return Unit(row["map"], row["policy"], row["push"], row["feasibility"], row["seed"], parameters)
 
 
 def measure(task: tuple[Unit, str, int]) -> dict[str, Any]:
@@ -88,7 +97,7 @@ def measure(task: tuple[Unit, str, int]) -> dict[str, Any]:
 
     unit, engine, episodes = task
     name, push, seed = unit.map, unit.push, unit.seed
-    scenario, sink, began = scenario_of(name), Episodes(), time.perf_counter()
+    scenario, sink, began = scenario_of(name, dict(unit.parameters)), Episodes(), time.perf_counter()
     failures: Counter[str] = Counter()
     travels: dict[str, list[float]] = {}
     pushes: dict[str, list[float]] = {}
@@ -104,7 +113,7 @@ def measure(task: tuple[Unit, str, int]) -> dict[str, Any]:
             kept = pushes if event.action == "push" else travels
             kept.setdefault(f"{event.node}-{event.target}", []).append(round(event.time - event.began, 3))
     return {
-        "engine": engine, **asdict(unit),
+        "engine": engine, **unit.row(),
         "episodes": [
             {"steps": e.steps, "success": e.success, "ended": e.ended, "seated": e.seated,
              "sim_seconds": round(e.sim_seconds, 2), "wall_seconds": round(e.wall_seconds, 2)}
@@ -123,7 +132,8 @@ def told(durations: dict[str, list[float]]) -> dict[str, tuple[int, float]]:
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    rows, faults = read_lines(path, lambda row: None if {"map", "push", "seed", "episodes"} <= row.keys() else "no run")
+    names = {"map", "policy", "push", "feasibility", "seed", "episodes"}
+    rows, faults = read_lines(path, lambda row: None if names <= row.keys() else "no run")
     warn_of(path, faults, "these runs are made again")
     return rows
 
@@ -169,8 +179,9 @@ def with_measured_durations(
 
 def run(options: argparse.Namespace) -> None:
     done = {unit_of(row) for row in read(options.results)}
+    given = tuple(sorted((path, yaml.safe_load(value)) for path, _, value in (s.partition("=") for s in options.set)))
     asked = [
-        Unit(name, policy, push, options.feasibility or SUITED[push], seed)
+        Unit(name, policy, push, options.feasibility or SUITED[push], seed, given)
         for policy in options.policy
         for push in options.push
         for seed in options.seeds
@@ -197,7 +208,7 @@ def kind_of(row: dict[str, Any]) -> tuple[str, str, str, str]:
 
 
 def table(options: argparse.Namespace) -> None:
-    rows = read(options.results)
+    rows = [row for row in read(options.results) if not row.get("parameters")]
     print(
         "| map | policy | push | estimate | seeds | steps, episodes 1-10 | success 1-10 | steps 11- "
         "| success 11- [95 %] "
@@ -248,6 +259,7 @@ def main() -> None:
     one.add_argument("--policy", nargs="+", default=["colony"], choices=["paper", "colony"])
     one.add_argument("--push", nargs="+", default=["staged"], choices=sorted(SUITED))
     one.add_argument("--feasibility", choices=FEASIBILITIES, help="estimate; default: the one that suits the executor")
+    one.add_argument("--set", nargs="+", default=[], metavar="FIELD=VALUE", help="fields of the scenario to set")
     one.add_argument("--seeds", nargs="+", type=int, default=[2000, 2001, 2002])
     one.add_argument("--episodes", type=int, default=20)
     one.add_argument("--workers", type=int, default=os.cpu_count() or 1)

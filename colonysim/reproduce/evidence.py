@@ -120,7 +120,7 @@ def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
     """
     rows, gaps = stored_lines(
         path, {"map": str, "push": str, "seed": int, "episodes": [_EPISODE]},
-        ("map", "policy", "push", "feasibility", "seed"),
+        ("map", "policy", "push", "feasibility", "parameters", "seed"),
         "runs in physics as benchmarks/physics_tables.py stores them",
     )  # fmt: skip
     if unknown := sorted({row["push"] for row in rows} - SUITED.keys()):
@@ -138,7 +138,7 @@ def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
             "backend.feasibility": row.get("feasibility", SUITED[row["push"]]),
         }  # fmt: skip
         episodes = tuple({"episode": number, **episode} for number, episode in enumerate(row["episodes"], 1))
-        measured.append(Measured(settings, {}, row["seed"], episodes))
+        measured.append(Measured(settings, row.get("parameters", {}), row["seed"], episodes))
     return engines[0], measured, gaps
 
 
@@ -159,16 +159,16 @@ def stored_lines(
     Raises:
         ColonysimError: The file cannot be read, or no line of it is whole.
     """
-    seen: set[tuple[Any, ...]] = set()
+    seen: set[str] = set()
 
     def fault_of(row: dict[str, Any]) -> str | None:
         wrong = next((name for name, part in form.items() if not _fits(row.get(name), part)), None)
         if wrong is not None:
             return f"its {wrong!r} is missing or not as it was written"
         named = tuple(row.get(name) for name in key)
-        if named in seen:
+        if str(named) in seen:
             return f"it is there twice ({', '.join(str(part) for part in named if part is not None)})"
-        seen.add(named)
+        seen.add(str(named))
         return None
 
     rows, faults = read_lines(path, fault_of)

@@ -14,6 +14,8 @@ from random import Random
 from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import MAX_SEED
+from colonysim.physics import ENGINES
 from colonysim.reproduce.context import Judged
 from colonysim.reproduce.document import Block, Heading, Picture, Table, Text
 from colonysim.reproduce.judging import COARSE, WITHIN, Figure, level
@@ -59,14 +61,22 @@ class Point:
         return sorted(set.intersection(*(set(found) for found in self.runs.values())))
 
 
-def points(evidence: Evidence, paper: Paper, first: int, count: int, names: Sequence[str] = _NAMES) -> list[Point]:
+def points(
+    evidence: Evidence,
+    paper: Paper,
+    first: int,
+    count: int,
+    names: Sequence[str] = _NAMES,
+    backend: str = "nodeworld",
+) -> list[Point]:
     """The points, set by these parameters alone, of which all rows were run with seeds `first` and the next ones."""
+    where = {"mode": "asynchronous", "policy": "paper", "backend": backend}
     rows = {(row.map, row.variant): row.label for row in paper.performance}
     found: dict[tuple[Any, ...], dict[str, dict[int, Any]]] = defaultdict(lambda: defaultdict(dict))
     for trial in evidence.trials:
         if set(trial.parameters) == set(names) and first <= trial.seed < first + count:
             label = rows.get((trial.settings["scenario"], trial.settings["variant"]))
-            if label is None or trial.settings["mode"] != "asynchronous" or trial.settings["policy"] != "paper":
+            if label is None or any(trial.settings.get(name) != value for name, value in where.items()):
                 continue
             found[tuple(trial.parameters[name] for name in names)][label][trial.seed] = trial.episodes
     made = [Point(dict(zip(names, values, strict=True)), runs) for values, runs in found.items()]
@@ -147,7 +157,32 @@ def fit_part(context: Context) -> list[Block]:
     chosen = fresh.get(_key(best[0][1]))
     if chosen is not None and preset is not None:
         blocks += [Heading(3, "The five rows at the best point, fresh seeds"), _rows(context, chosen, preset)]
-    return blocks
+    return [*blocks, *_driven(context)]
+
+
+def _driven(context: Context) -> list[Block]:
+    """The points that were run with rigid bodies too, as `benchmarks/physics_tables.py run --set` does."""
+    rows = []
+    for engine in ENGINES:
+        for point in points(context.evidence, context.paper, 0, MAX_SEED, backend=engine):
+            for row in context.paper.performance:
+                cells = []
+                for measure in ("steps", "success"):
+                    by_seed = [fmean(float(e[measure]) for e in runs) for runs in point.runs[row.label].values()]
+                    ours = Figure.of(by_seed, WITHIN.get(measure))
+                    verdict = level(ours, row.reported(measure), measure)
+                    cells += [ours.shown(1 if measure == "steps" else 3) if ours else "-", verdict.word]
+                far = f"{distance(context.paper, point, point.seeds()):.2f}"
+                values = ", ".join(_values(point.parameters))
+                rows.append([values, engine, row.label, str(len(point.seeds())), *cells, far])
+    if not rows:
+        return []
+    columns = ["point", "engine", "map", "seeds", "steps", "", "success", "", "distance of all rows"]
+    return [
+        Heading(3, "With rigid bodies"),
+        Text("The paper's push and estimate (`rl`, `forest`) at points of the fit; nothing was chosen by these runs."),
+        Table(columns, rows),
+    ]
 
 
 def _choices(

@@ -69,12 +69,12 @@ class Size:
         held_out_seeds: Fresh seeds of the best points.
     """
 
-    seeds: int = 20
+    seeds: int = 80
     first_seed: int = 1000
     episodes: int = 30
     physics_seeds: int = 5
     physics_episodes: int = 20
-    drawn: int = 12
+    drawn: int = 40
     driven: int = 10
     engine: str = "bullet"
     fit_points: int = 64

@@ -125,7 +125,8 @@ _PAPERS = ("paper", "rl", "forest")
 def physics_part(context: Context) -> list[Block]:
     """The performance tables with rigid bodies."""
     study = "performance-physics"
-    trials = [trial for trial in context.evidence.trials if trial.settings["backend"] in ENGINES]
+    driven = [trial for trial in context.evidence.trials if trial.settings["backend"] in ENGINES]
+    trials = [trial for trial in driven if not trial.parameters]
     if not trials:
         context.gaps.append(f"{study}: no run has succeeded.")
         return [Text("No run has succeeded.")]

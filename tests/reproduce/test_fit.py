@@ -17,7 +17,7 @@ PAPER = the_paper()
 TINY = replace(QUICK, first_seed=10, fit_points=1, held_out_seeds=2)
 
 
-def trials(parameters: dict[str, object], seeds: list[int], off: float) -> list[Measured]:
+def trials(parameters: dict[str, object], seeds: list[int], off: float, backend: str = "nodeworld") -> list[Measured]:
     """Runs that are off the paper's means by so many of its standard deviations (of steps downwards)."""
     made = []
     for row in PAPER.performance:
@@ -29,6 +29,7 @@ def trials(parameters: dict[str, object], seeds: list[int], off: float) -> list[
             for n, side in enumerate((-1.0, 1.0), 1)
         ]  # fmt: skip
         settings = {"scenario": row.map, "variant": row.variant, "mode": "asynchronous", "policy": "paper"}
+        settings["backend"] = backend
         made += [Measured(settings, parameters, seed, tuple(episodes)) for seed in seeds]
     return made
 
@@ -48,6 +49,9 @@ def test_a_point_needs_all_rows_and_only_seeds_that_are_asked_for_count():
     assert points(Evidence(trials({"policy.beta": 1.0}, [10], 0.0)), PAPER, 10, 1) == []
     [point] = points(Evidence(every), PAPER, 10, 1)
     assert point.seeds() == [10]
+    driven = trials(PRESET_POINT, [2000], 0.0, "mujoco")
+    assert points(Evidence(driven), PAPER, 0, 10**6) == []
+    assert len(points(Evidence(driven), PAPER, 0, 10**6, backend="mujoco")) == 1
 
 
 def test_the_best_of_each_reading_and_the_preset_are_run_with_seeds_by_which_nothing_was_chosen():
