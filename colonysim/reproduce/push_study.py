@@ -35,7 +35,8 @@ def push_part(context: Context) -> list[Block]:
         Text(
             f"Stored trainings of {trained[0].episodes} training episodes each, those of the first S actions not "
             "counted. `benchmarks/push_ablation.py run` adds trainings. A reading is a configuration of Algorithm "
-            f"1; `{LETTER}` is its letter, `improved` is what ships."
+            f"1; `{LETTER}` is its letter, `improved` is what ships, and `READINGS` in "
+            "`colonysim/push/training/presets.py` says what the others change."
         ),
         *_readings(context, trained),
     ]

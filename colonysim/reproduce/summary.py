@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from itertools import product
+from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from colonysim.physics import ENGINES
 from colonysim.reproduce.document import Block, Table, Text
 from colonysim.reproduce.judging import WITHIN, Figure
+from colonysim.reproduce.push import INDIVIDUAL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -67,6 +69,7 @@ def summary(context: Context) -> list[Block]:
     judged = context.judged
     blocks: list[Block] = [Text(_overall(judged))]
     lines = [_sentence(topic.says, found) for topic in TOPICS if (found := topic.of(judged))]
+    lines += [_readings(context)] if context.trainings else []
     if lines:
         blocks.append(Text("\n".join(f"- {line}" for line in lines)))
     return [*blocks, *_rows(context)]
@@ -87,7 +90,8 @@ def _sentence(says: str, found: Sequence[Judged]) -> str:
     words: Counter[str] = Counter(each.verdict.word for each in found)
     verbs = {"agrees": ("agrees", "agree"), "better": ("is better", "are better")}
     holds = [f"{words[word]} {verbs[word][words[word] > 1]}" for word in verbs if words[word]]
-    parts = [f"**{says}:** of {_count(len(found), 'comparison')}, {' and '.join(holds) if holds else 'none holds'}."]
+    none = "none is decided" if words["undecided"] == len(found) else "none holds"
+    parts = [f"**{says}:** of {_count(len(found), 'comparison')}, {' and '.join(holds) if holds else none}."]
     wrong = [each for each in found if each.verdict.word == "disagrees"]
     if wrong:
         parts.append(f"{len(wrong)} {'does' if len(wrong) == 1 else 'do'} not: {_named(wrong, _with_difference)}.")
@@ -109,6 +113,25 @@ def _with_difference(each: Judged) -> str:
     difference = each.verdict.difference
     about = each.about.split(" (`")[0].rstrip(".")
     return f"{about} ({difference.mean:+.{each.digits}f})" if difference else about
+
+
+def _readings(context: Context) -> str:
+    """How well the networks of each reading of Algorithm 1 push."""
+    paper = context.paper.push_style
+    told = []
+    for one in context.trainings:
+        setting = one.all_terrains()
+        found = [one.pushed(setting, terrain, "success") for terrain in INDIVIDUAL]
+        if all(found):
+            means = ", ".join(f"{fmean(values.values()):.2f}" for values in found)
+            told.append(f"`{one.base}` on {one.engine} {means} ({_count(len(one.of(setting)), 'seed')})")
+    theirs = ", ".join(f"{paper.all_in_one.success[terrain][0]:.2f}" for terrain in INDIVIDUAL)
+    return (
+        "**Readings of Algorithm 1:** success of the best network of a training on all terrains, on flat ground, up "
+        f"a slope and into a hole; the paper reports {theirs} after {paper.all_in_one.training} training episodes. "
+        f"Here after {context.trainings[0].episodes}: {'; '.join(told) or 'none was trained on all terrains'}. [The "
+        "push](push.md) says what the readings are."
+    )
 
 
 def _count(number: int, one: str, many: str = "") -> str:

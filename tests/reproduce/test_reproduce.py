@@ -204,13 +204,15 @@ def test_the_summary_is_made_from_verdicts_alone():
 
     papers = {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"}
     found = [judged("agrees", **papers), judged("better", **papers), judged("disagrees", **papers)]
-    context = SimpleNamespace(judged=[*found, judged("undecided", policy="colony")], evidence=Evidence([]), paper=PAPER)
+    context = SimpleNamespace(
+        judged=[*found, judged("undecided", policy="colony")], evidence=Evidence([]), paper=PAPER, trainings=()
+    )
     [overall, lines] = summary(context)
     assert "compared 4 figures" in overall.text and "2 of the comparisons come out as the paper says" in overall.text
     own, colony = lines.text.split("\n")
     assert "rigid bodies" in own and "of 3 comparisons, 1 agrees and 1 is better." in own
     assert "1 does not: steps on easy (+3.2). Why, as far as we know: Because." in own
-    assert "`colony`" in colony and "none holds" in colony and "Undecided: 1." in colony
+    assert "`colony`" in colony and "none is decided" in colony and "Undecided: 1." in colony
 
 
 def test_the_page_needs_no_other_file(made):
@@ -360,6 +362,12 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     ]  # fmt: skip
     assert re.findall(r"### Claims, with the reading (.*)", text) == ["`standard target`, bullet"]
     assert "| better, agrees, better |" in text
+    first = made.markdown.read_text()
+    assert "the paper reports 0.94, 1.00, 0.90 after 400 training episodes. Here after 400: `paper` on bullet" in first
+    assert (
+        "`standard target` on bullet 1.00, 1.00, 1.00 (3 seeds); `improved` on bullet 1.00, 1.00, 1.00 (1 seed)"
+        in first
+    )
     assert (made.markdown.parent / "push-readings.png").stat().st_size > 5000
 
 
