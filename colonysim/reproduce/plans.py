@@ -74,7 +74,7 @@ class Size:
     episodes: int = 30
     physics_seeds: int = 5
     physics_episodes: int = 20
-    drawn: int = 40
+    drawn: int = 12
     driven: int = 10
     engine: str = "bullet"
     fit_points: int = 64

@@ -28,6 +28,8 @@ SETTINGS = tuple(
 )
 OWN = "preset"
 """The setting with a reading's own values of b, S and M, on all terrains."""
+TRIAL = 100
+"""Trainings with seeds from here on decide which readings are repeated, and count only where there are no others."""
 LETTER = "paper"
 """The reading that is the paper's letter."""
 _TRAINING = {
@@ -85,8 +87,9 @@ class Trainings:
         return any(len(self.of(setting)) > 1 for setting in SETTINGS)
 
     def of(self, setting: str) -> dict[int, dict[str, Any]]:
-        """The trainings of a setting by seed."""
-        return {row["seed"]: row for row in self.rows if row["setting"] == setting}
+        """The trainings of a setting by seed: those of seeds below `TRIAL`, or, if there are none, the trial ones."""
+        found = {row["seed"]: row for row in self.rows if row["setting"] == setting}
+        return {seed: row for seed, row in found.items() if seed < TRIAL} or found
 
     def rewards(self, setting: str, part: str) -> dict[int, float]:
         """Mean reward of the tests of each seed: of their first third ("start"), the last ("end"), or "all"."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from colonysim.reproduce.context import Judged
 from colonysim.reproduce.document import Block, Heading, Picture, Table, Text
 from colonysim.reproduce.judging import WITHIN, Figure, Reported, direction, level
-from colonysim.reproduce.push import ALL_IN_ONE, INDIVIDUAL, LETTER, PANELS, SETTINGS
+from colonysim.reproduce.push import ALL_IN_ONE, INDIVIDUAL, LETTER, PANELS, SETTINGS, TRIAL
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -50,7 +50,20 @@ def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
     """Each reading on all terrains: its curve, when it was best, and how well its best and its last network push."""
     paper = context.paper.push_style
     theirs = [f"{paper.all_in_one.success[terrain][0]:g}" for terrain in INDIVIDUAL]
-    rows = [["the paper, All-in-One", "V-REP", "1", str(paper.all_in_one.training), *theirs, "-", "-", "-", ""]]
+    rows = [
+        [
+            "the paper, All-in-One",
+            "V-REP",
+            "1",
+            str(paper.pushes),
+            str(paper.all_in_one.training),
+            *theirs,
+            "-",
+            "-",
+            "-",
+            "",
+        ]
+    ]
     curves: dict[str, list[Any]] = {}
     for one in trained:
         setting = one.all_terrains()
@@ -65,17 +78,18 @@ def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
             mean, sd = paper.all_in_one.success[terrain]
             words.append(level(figure, Reported(mean, sd, paper.pushes), "success").word)
         shown = [figure.shown(2) if figure else "-" for figure in (*best, *last)]
-        counted = len(there)
-        rows.append(
-            [f"`{one.base}`", one.engine, str(counted), peak, *shown, ", ".join(words) if counted > 1 else "one seed"]
-        )
-    columns = ["reading", "engine", "seeds", "training episodes at the peak", "best network: flat", "slope", "hole",
-               "last network: flat", "slope", "hole", "the best beside the paper's: flat, slope, hole"]  # fmt: skip
+        said = ", ".join(words) if len(there) > 1 else "one seed"
+        pushes = "/".join(str(count) for count in sorted({row.get("pushes", 0) for row in there.values()}))
+        rows.append([f"`{one.base}`", one.engine, str(len(there)), pushes, peak, *shown, said])
+    columns = ["reading", "engine", "seeds", "pushes a terrain", "training episodes at the peak", "best network: flat",
+               "slope", "hole", "last network: flat", "slope", "hole",
+               "the best beside the paper's: flat, slope, hole"]  # fmt: skip
     blocks: list[Block] = [
         Text(
-            "Readings on all terrains at once (All-in-One): mean success over the training seeds, 200 pushes a "
-            "terrain and seed, with its 95 % interval where there are several seeds. Best is the network with the "
-            "most success in its last 60 test episodes."
+            "Readings on all terrains at once (All-in-One): mean success over the training seeds, with its 95 % "
+            "interval where there are several. Best is the network with the most success in its last 60 test "
+            f"episodes. Trainings with seeds from {TRIAL} on are trials by which it was decided what to repeat; they "
+            "count only where a reading has no others."
         ),
         Table(columns, rows),
     ]

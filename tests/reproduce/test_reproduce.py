@@ -345,7 +345,7 @@ def test_stored_trainings_are_judged_and_what_is_missing_is_said(tmp_path):
     assert "| A batch of 64 generated weaker performance than one of 128. | 5.10 [4.85, 5.35] |" in text
     assert re.search(r"A batch of 64 .*\| 3 \| agrees \|", text)
     assert re.search(r"A batch of 256 .*\| undecided: there are no runs \|", text)
-    assert "| `paper` | bullet | 1 | 300 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | one seed |" in text
+    assert "| `paper` | bullet | 1 | 200 | 300 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | one seed |" in text
     assert len(made.gaps) == 1 and "`target 600` (0)" in made.gaps[0] and "`all-in-one` (1)" in made.gaps[0]
 
 
@@ -353,6 +353,7 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     file = tmp_path / "trainings.jsonl"
     pushed = {kind: [1.0, 5.0] for kind in ("flat", "slope", "hole")}
     rows = [stored_training("all-in-one", seed, 5.0, pushed, "standard target") for seed in range(3)]
+    rows += [stored_training("all-in-one", 100, -5.0, {"flat": [0.0, 0.0]}, "standard target")]
     rows += [stored_training("all-in-one", 0, 5.0, pushed), stored_training("preset", 0, 5.0, pushed, "improved")]
     file.write_text("\n".join(rows))
     made = reproduce(tmp_path / "out", ["push"], trainings=file)
