@@ -96,9 +96,11 @@ class Context:
         ]
 
     def judge(self, judged: Judged) -> str:
-        """Keeps a verdict; returns it as a table's cell."""
-        self.judged.append(judged)
+        """Keeps a verdict, unless there is nothing that could be compared; returns it as a table's cell."""
         verdict = judged.verdict
+        if verdict.difference is None:
+            return "no runs"
+        self.judged.append(judged)
         if verdict.word == "undecided":
             return f"{verdict.word}: {verdict.wanting}"
         return f"{verdict.word}: {judged.why}" if judged.why else verdict.word

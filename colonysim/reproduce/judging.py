@@ -114,10 +114,8 @@ class Verdict:
         d = self.difference
         if self.word != "undecided":
             return ""
-        if d is None:
-            return "there are no runs"
-        if d.low is None:
-            return "one seed alone has no interval"
+        if d is None or d.low is None:
+            return "two seeds at least, for an interval"
         if self.takes is None:
             return "no number of seeds would do: the paper's own interval is too wide, or ours meets the limit exactly"
         return f"about {self.takes:,} seeds would do, there are {d.count}"

@@ -80,9 +80,9 @@ def _overall(judged: Sequence[Judged]) -> str:
     holds = words["agrees"] + words["better"]
     return (
         f"We compared {_count(len(judged), 'figure or claim', 'figures and claims')} of the paper with runs of our "
-        f"own. {holds} of the comparisons come out as the paper says or better, {words['disagrees']} come out "
-        f"otherwise, and {words['undecided']} cannot be told apart from chance with the runs there are. [The "
-        "rule](verdicts.md) says what these words mean. By subject:"
+        f"own: {holds} as the paper says or better, {words['disagrees']} otherwise, {words['undecided']} that the "
+        "runs there are cannot tell apart from chance. [The rule](verdicts.md) says what these words mean. By "
+        "subject:"
     )
 
 
