@@ -113,6 +113,7 @@ def measure(task: tuple[Unit, int, Path]) -> dict[str, Any]:
         **dataclasses.asdict(unit), "pushes": pushes, "peak_episode": trained.peak_episode - explored,
         "explored": explored, "actions": trained.history[-1].actions,
         "tests": [[p.episodes - explored, p.actions, round(p.success, 4), round(p.reward, 4)] for p in trained.history],
+        "losses": [round(p.loss, 3) for p in trained.history],
     }  # fmt: skip
     for name, card in (("pushed", trained.card), ("pushed_last", trained.last)):
         found = evaluate_push(

@@ -50,20 +50,8 @@ def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
     """Each reading on all terrains: its curve, when it was best, and how well its best and its last network push."""
     paper = context.paper.push_style
     theirs = [f"{paper.all_in_one.success[terrain][0]:g}" for terrain in INDIVIDUAL]
-    rows = [
-        [
-            "the paper, All-in-One",
-            "V-REP",
-            "1",
-            str(paper.pushes),
-            str(paper.all_in_one.training),
-            *theirs,
-            "-",
-            "-",
-            "-",
-            "",
-        ]
-    ]
+    counts = ["1", str(paper.pushes), str(paper.all_in_one.training)]
+    rows = [["the paper, All-in-One", "V-REP", *counts, "-", *theirs, "-", "-", "-", ""]]
     curves: dict[str, list[Any]] = {}
     for one in trained:
         setting = one.all_terrains()
@@ -80,16 +68,20 @@ def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
         shown = [figure.shown(2) if figure else "-" for figure in (*best, *last)]
         said = ", ".join(words) if len(there) > 1 else "one seed"
         pushes = "/".join(str(count) for count in sorted({row.get("pushes", 0) for row in there.values()}))
-        rows.append([f"`{one.base}`", one.engine, str(len(there)), pushes, peak, *shown, said])
-    columns = ["reading", "engine", "seeds", "pushes a terrain", "training episodes at the peak", "best network: flat",
-               "slope", "hole", "last network: flat", "slope", "hole",
+        losses = [max(row["losses"]) for row in there.values() if row.get("losses")]
+        largest = f"{max(losses):,.1f}" if losses else "-"
+        rows.append([f"`{one.base}`", one.engine, str(len(there)), pushes, peak, largest, *shown, said])
+    columns = ["reading", "engine", "seeds", "pushes a terrain", "training episodes at the peak", "largest loss",
+               "best network: flat", "slope", "hole", "last network: flat", "slope", "hole",
                "the best beside the paper's: flat, slope, hole"]  # fmt: skip
     blocks: list[Block] = [
         Text(
             "Readings on all terrains at once (All-in-One): mean success over the training seeds, with its 95 % "
             "interval where there are several. Best is the network with the most success in its last 60 test "
             f"episodes. Trainings with seeds from {TRIAL} on are trials by which it was decided what to repeat; they "
-            "count only where a reading has no others."
+            "count only where a reading has no others. The largest loss is that of a block of 20 episodes, the mean "
+            "of its updates: a return is seldom above 15, so that a loss far above 100 means that the values have "
+            "diverged."
         ),
         Table(columns, rows),
     ]

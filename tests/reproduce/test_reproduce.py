@@ -332,6 +332,7 @@ def stored_training(setting: str, seed: int, reward: float, pushed: dict[str, li
     return json.dumps({
         "setting": setting, "base": base, "engine": "bullet", "episodes": 400, "seed": seed, "pushes": 200,
         "peak_episode": 300, "actions": 9000, "tests": tests, "pushed": pushed, "pushed_last": pushed,
+        "losses": [0.5, 1234.5, 0.1],
     })  # fmt: skip
 
 
@@ -346,7 +347,7 @@ def test_stored_trainings_are_judged_and_what_is_missing_is_said(tmp_path):
     assert "| A batch of 64 generated weaker performance than one of 128. | 5.10 [4.85, 5.35] |" in text
     assert re.search(r"A batch of 64 .*\| 3 \| agrees \|", text)
     assert re.search(r"A batch of 256 .*\| no runs \|", text)
-    assert "| `paper` | bullet | 1 | 200 | 300 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | one seed |" in text
+    assert "| `paper` | bullet | 1 | 200 | 300 | 1,234.5 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | one seed |" in text
     assert len(made.gaps) == 1 and "`target 600` (0)" in made.gaps[0] and "`all-in-one` (1)" in made.gaps[0]
 
 
