@@ -1,8 +1,9 @@
-"""The paper's performance tables with rigid bodies: steps and success by map and executor, with intervals.
+"""The paper's performance tables with rigid bodies: steps and success by map, policy and executor, with intervals.
 
-Every run is one unit: it is written to the results file when it has ended, and skipped when it is already there, so
-that a stopped evaluation goes on where it was. Beside each row stands the node world with the durations that the engine
-took on the same map. Each engine has a file of its own, docs/results/{engine}.jsonl.
+The paper's own system is `--policy paper --push rl --feasibility forest`. Every run is one unit: it is written to the
+results file when it has ended, and skipped when it is already there, so that a stopped evaluation goes on where it was.
+Beside each row stands the node world with the durations that the engine took on the same map. Each engine has a file of
+its own, docs/results/{engine}.jsonl.
 
     python benchmarks/physics_tables.py run --engine bullet --maps easy medium hard --push staged --seeds 2000 2001 2002
     python benchmarks/physics_tables.py table --engine bullet
@@ -14,10 +15,14 @@ import random
 import statistics
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
+
+from colonysim.backends.physics import FEASIBILITIES, SUITED
 from colonysim.jsonlines import append_line, read_lines, warn_of
 from colonysim.physics import ENGINES, default_engine
 from colonysim.processes import results
@@ -53,18 +58,52 @@ def scenario_of(name: str, overrides: dict[str, Any] | None = None) -> Any:
     return load_scenario(base, variant or None, overrides)
 
 
-def measure(task: tuple[str, str, int, str, int]) -> dict[str, Any]:
-    """One run (map, push, seed, engine, episodes): its episodes, durations by edge, and failures by reason."""
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One run.
+
+    Attributes:
+        map: Name of a scenario, with its variant after a colon.
+        policy: Name of a policy.
+        push: Name of an executor.
+        feasibility: Name of the estimate that says whether a push is tried.
+        seed: Its seed.
+        parameters: Fields of the scenario that are set, by path.
+    """
+
+    map: str
+    policy: str
+    push: str
+    feasibility: str
+    seed: int
+    parameters: tuple[tuple[str, Any], ...] = ()
+
+    def row(self) -> dict[str, Any]:
+        """As it stands in a stored row; `parameters` only where there are some."""
+        given = asdict(self)
+        parameters = dict(given.pop("parameters"))
+        return {**given, "parameters": parameters} if parameters else given
+
+
+def unit_of(row: dict[str, Any]) -> Unit:
+    """The unit of a stored row."""
+    parameters = tuple(sorted(row.get("parameters", {}).items()))
+    return Unit(row["map"], row["policy"], row["push"], row["feasibility"], row["seed"], parameters)
+
+
+def measure(task: tuple[Unit, str, int]) -> dict[str, Any]:
+    """One run (unit, engine, episodes): its episodes, durations by edge, and failures by reason."""
     from colonysim.simulation import simulate
 
-    name, push, seed, engine, episodes = task
-    scenario, sink, began = scenario_of(name), Episodes(), time.perf_counter()
+    unit, engine, episodes = task
+    name, push, seed = unit.map, unit.push, unit.seed
+    scenario, sink, began = scenario_of(name, dict(unit.parameters)), Episodes(), time.perf_counter()
     failures: Counter[str] = Counter()
     travels: dict[str, list[float]] = {}
     pushes: dict[str, list[float]] = {}
     for event in simulate(
-        scenario, backend=engine, backend_options={"push": push}, episodes=episodes, seed=seed, sink=sink,
-        decisions=False,
+        scenario, backend=engine, backend_options={"push": push, "feasibility": unit.feasibility}, policy=unit.policy,
+        episodes=episodes, seed=seed, sink=sink, decisions=False,
     ):  # fmt: skip
         if event.kind != "end":
             continue
@@ -74,21 +113,27 @@ def measure(task: tuple[str, str, int, str, int]) -> dict[str, Any]:
             kept = pushes if event.action == "push" else travels
             kept.setdefault(f"{event.node}-{event.target}", []).append(round(event.time - event.began, 3))
     return {
-        "engine": engine, "map": name, "push": push, "seed": seed,
+        "engine": engine, **unit.row(),
         "episodes": [
             {"steps": e.steps, "success": e.success, "ended": e.ended, "seated": e.seated,
              "sim_seconds": round(e.sim_seconds, 2), "wall_seconds": round(e.wall_seconds, 2)}
             for e in sink.rows
         ],
         "failures": dict(failures.most_common()), "control_ticks": dict(sink.choosers),
-        "travels": travels, "pushes": pushes, "wall_seconds": round(time.perf_counter() - began, 1),
+        "travels": told(travels), "pushes": told(pushes), "wall_seconds": round(time.perf_counter() - began, 1),
     }  # fmt: skip
+
+
+def told(durations: dict[str, list[float]]) -> dict[str, tuple[int, float]]:
+    """For each edge how often it was done, and the mean of its seconds."""
+    return {edge: (len(some), round(statistics.fmean(some), 3)) for edge, some in durations.items()}
 
 
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    rows, faults = read_lines(path, lambda row: None if {"map", "push", "seed", "episodes"} <= row.keys() else "no run")
+    names = {"map", "policy", "push", "feasibility", "seed", "episodes"}
+    rows, faults = read_lines(path, lambda row: None if names <= row.keys() else "no run")
     warn_of(path, faults, "these runs are made again")
     return rows
 
@@ -100,50 +145,55 @@ def interval(by_seed: list[float], draws: int = 2000) -> tuple[float, float]:
     return means[int(0.025 * draws)], means[int(0.975 * draws) - 1]
 
 
-def with_measured_durations(name: str, runs: list[dict[str, Any]], seeds: list[int], episodes: int) -> list[Any]:
+def with_measured_durations(
+    name: str, policy: str, runs: list[dict[str, Any]], seeds: list[int], episodes: int
+) -> list[Any]:
     """The node world on the same map, each edge as slow as in physics."""
     from colonysim.simulation import simulate
 
     timing: dict[str, Any] = {"jitter": 0.1}
     for kind in ("travels", "pushes"):
-        by_edge: dict[str, list[float]] = {}
+        counts: Counter[str] = Counter()
+        seconds: defaultdict[str, float] = defaultdict(float)
         for run in runs:
-            for edge, seconds in run[kind].items():
-                by_edge.setdefault(edge, []).extend(seconds)
-        timing[kind] = [[*map(int, edge.split("-")), statistics.fmean(s)] for edge, s in sorted(by_edge.items())]
+            for edge, (count, mean_seconds) in run[kind].items():
+                counts[edge] += count
+                seconds[edge] += count * mean_seconds
+        timing[kind] = [[*map(int, edge.split("-")), seconds[edge] / n] for edge, n in sorted(counts.items())]
         plain = scenario_of(name).topology
-        ratios = [
-            second / plain.length(plain.index[i], plain.index[j])
-            for edge, s in by_edge.items()
+        ratios = sum(
+            seconds[edge] / plain.length(plain.index[i], plain.index[j])
+            for edge in counts
             for i, j in [map(int, edge.split("-"))]
-            for second in s
-        ]
-        timing["travel" if kind == "travels" else "push"] = statistics.fmean(ratios) if ratios else 1.0
+        )
+        timing["travel" if kind == "travels" else "push"] = ratios / counts.total() if counts else 1.0
     scenario = scenario_of(name, {"timing": timing})
     rows: list[Any] = []
     for seed in seeds:
         sink = Episodes()
-        for _ in simulate(scenario, episodes=episodes, seed=seed, sink=sink, decisions=False):
+        for _ in simulate(scenario, policy=policy, episodes=episodes, seed=seed, sink=sink, decisions=False):
             pass
         rows += sink.rows
     return rows
 
 
 def run(options: argparse.Namespace) -> None:
-    done = {(r["map"], r["push"], r["seed"]) for r in read(options.results)}
-    wanted = [
-        (name, push, seed)
+    done = {unit_of(row) for row in read(options.results)}
+    given = tuple(sorted((path, yaml.safe_load(value)) for path, _, value in (s.partition("=") for s in options.set)))
+    asked = [
+        Unit(name, policy, push, options.feasibility or SUITED[push], seed, given)
+        for policy in options.policy
         for push in options.push
         for seed in options.seeds
         for name in options.maps
-        if (name, push, seed) not in done
     ]
+    wanted = [unit for unit in asked if unit not in done]
     print(f"{len(wanted)} runs of {options.episodes} episodes to go, {len(done)} done", file=sys.stderr, flush=True)
-    for _, row in results(measure, [(*key, options.engine, options.episodes) for key in wanted], options.workers):
+    for _, row in results(measure, [(unit, options.engine, options.episodes) for unit in wanted], options.workers):
         append_line(options.results, row)
         late = row["episodes"][10:] or row["episodes"]
         print(
-            f"{row['map']} {row['push']} seed {row['seed']}: "
+            f"{row['map']} {row['policy']} {row['push']} {row['feasibility']} seed {row['seed']}: "
             f"success {statistics.fmean(e['success'] for e in late):.3f}, "
             f"steps {statistics.fmean(e['steps'] for e in late):.1f} in the later half, "
             f"{row['wall_seconds']:.0f} s; {row['failures']}",
@@ -151,16 +201,24 @@ def run(options: argparse.Namespace) -> None:
         )  # fmt: skip
 
 
+def kind_of(row: dict[str, Any]) -> tuple[str, str, str, str]:
+    """What a row is a run of, but for its seed: map, policy, executor and estimate."""
+    unit = unit_of(row)
+    return unit.map, unit.policy, unit.push, unit.feasibility
+
+
 def table(options: argparse.Namespace) -> None:
-    rows = read(options.results)
+    rows = [row for row in read(options.results) if not row.get("parameters")]
     print(
-        "| map | push | seeds | steps, episodes 1-10 | success 1-10 | steps 11- | success 11- [95 %] "
+        "| map | policy | push | estimate | seeds | steps, episodes 1-10 | success 1-10 | steps 11- "
+        "| success 11- [95 %] "
         f"| node world, durations of {options.engine}: steps / success 11- "
         "| paper: steps / success | wall s an episode |"
     )
-    print("|---|---|---|---|---|---|---|---|---|---|")
-    for name, push in sorted({(r["map"], r["push"]) for r in rows}):
-        runs = [r for r in rows if (r["map"], r["push"]) == (name, push)]
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|")
+    for kind in sorted({kind_of(row) for row in rows}):
+        name, policy, push, feasibility = kind
+        runs = [r for r in rows if kind_of(r) == kind]
         seeds = sorted(r["seed"] for r in runs)
         early = [e for r in runs for e in r["episodes"][:10]]
         late = [e for r in runs for e in r["episodes"][10:]]
@@ -168,10 +226,11 @@ def table(options: argparse.Namespace) -> None:
             continue
         low, high = interval([e["success"] for e in late])
         beside = list(range(seeds[0], seeds[0] + NODE_WORLD_SEEDS))
-        node = [e for e in with_measured_durations(name, runs, beside, len(runs[0]["episodes"])) if e.episode > 10]
+        node = with_measured_durations(name, policy, runs, beside, len(runs[0]["episodes"]))
+        node = [e for e in node if e.episode > 10]
         paper = PAPER.get(name)
         print(
-            f"| {name} | {push} | {', '.join(map(str, seeds))} "
+            f"| {name} | {policy} | {push} | {feasibility} | {', '.join(map(str, seeds))} "
             f"| {mean(early, 'steps'):.1f} | {mean(early, 'success'):.3f} "
             f"| {mean(late, 'steps'):.1f} | {mean(late, 'success'):.3f} [{low:.3f}, {high:.3f}] "
             f"| {statistics.fmean(e.steps for e in node):.1f} / {statistics.fmean(e.success for e in node):.3f} "
@@ -197,7 +256,10 @@ def main() -> None:
     parts = parser.add_subparsers(required=True)
     one = parts.add_parser("run", parents=[common])
     one.add_argument("--maps", nargs="+", default=["easy", "medium", "hard"])
-    one.add_argument("--push", nargs="+", default=["staged"])
+    one.add_argument("--policy", nargs="+", default=["colony"], choices=["paper", "colony"])
+    one.add_argument("--push", nargs="+", default=["staged"], choices=sorted(SUITED))
+    one.add_argument("--feasibility", choices=FEASIBILITIES, help="estimate; default: the one that suits the executor")
+    one.add_argument("--set", nargs="+", default=[], metavar="FIELD=VALUE", help="fields of the scenario to set")
     one.add_argument("--seeds", nargs="+", type=int, default=[2000, 2001, 2002])
     one.add_argument("--episodes", type=int, default=20)
     one.add_argument("--workers", type=int, default=os.cpu_count() or 1)

@@ -1,9 +1,11 @@
 """The paper's ablations of the push: batch size, exploration steps, target update; one network or one a terrain.
 
-As in the paper the first three are trained on holes alone, around b = 128, S = 1000, M = 300, and tests during the
-exploration are left out. Of the values of M only the smallest is printed there. "Individual" networks are trained on
-one terrain (that of the hole is the base of all other rows too), "all-in-one" on all three. After every training the
-`rl` executor pushes from the frozen start distribution on each of its terrains, on tuning seeds.
+As in the paper the first three are trained on holes alone, around b = 128, S = 1000, M = 300, 20 training and 20
+testing episodes in turn, and tests during the exploration are left out. Of the values of M only the smallest is printed
+there. "Individual" networks are trained on one terrain (that of the hole is the base of all other rows too),
+"all-in-one" on all three. After every training the `rl` executor pushes from the frozen start distribution on each of
+its terrains, with the best network and with the last. `--base` names the readings of Algorithm 1 that are trained:
+`paper` is its letter.
 
 Every training is one unit: its row is written to the results file when it has ended, a training that was stopped goes
 on from its checkpoint, and what is there already is skipped. Seed by seed, so that a grid that was stopped early
@@ -20,14 +22,16 @@ import os
 import statistics
 import time
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from colonysim.jsonlines import append_line, read_lines, warn_of
+from colonysim.physics import ENGINES, EngineName, default_engine
 from colonysim.processes import results
 from colonysim.push.task import Kind
 from colonysim.push.training.evaluation import evaluate_push
-from colonysim.push.training.presets import PRESETS, TrainingConfig
+from colonysim.push.training.presets import READINGS, TrainingConfig
 from colonysim.push.training.seeds import Purpose
 from colonysim.push.training.starts import KINDS
 from colonysim.push.training.trainer import train_push
@@ -38,80 +42,122 @@ GRID: dict[str, tuple[str, ...]] = {
     "batch size b": ("batch 64", "base", "batch 256"),
     "exploration steps S": ("base", "explore 3000", "explore 5000"),
     "target update M": ("base", "target 600", "target 1200"),
-    "one network or three": ("individual flat", "individual slope", "base", "all-in-one"),
+    "one network or three": ("individual flat", "individual slope", "base", "all-in-one", "preset"),
 }
-"""What is compared with what: names of settings, `base` being b = 128, S = 1000, M = 300 on holes."""
+"""What is compared with what: names of settings, `base` being b = 128, S = 1000, M = 300 on holes, `preset` a reading's
+own values of these on all terrains."""
 LABELS = {"batch size b": "b = 128", "exploration steps S": "S = 1000", "target update M": "M = 300"}
 
 
-def config_of(setting: str, base: str, episodes: int) -> TrainingConfig:
-    """The configuration of a setting: the preset `base` with the paper's b, S and M, but for what the setting says."""
-    preset = PRESETS[base]
-    learner = dataclasses.replace(preset.learner, target_every=300, average_share=None)
-    config = dataclasses.replace(
-        preset, name=f"{base}, {setting}", actions=None, episodes=episodes, batch=128, explore=1000, kinds=HOLE,
-        train_block=10, test_block=5, learner=learner, candidates=1, score_blocks=3,
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One training.
+
+    Attributes:
+        setting: A name of `GRID`.
+        base: The reading of Algorithm 1 that is changed, a name of `READINGS`.
+        engine: The rigid-body engine.
+        episodes: Training episodes, those of the exploration not counted.
+        seed: Its seed.
+    """
+
+    setting: str
+    base: str
+    engine: EngineName
+    episodes: int
+    seed: int
+
+
+def config_of(unit: Unit) -> TrainingConfig:
+    """The reading `base` with the paper's b, S and M, but for what the setting says; 20 training and 20 tests in turn.
+
+    `preset` leaves the reading's own b, S and M.
+    """
+    reading = READINGS[unit.base]
+    own = dataclasses.replace(
+        reading, name=f"{unit.base}, {unit.setting}", engine=unit.engine, actions=None, episodes=unit.episodes,
+        train_block=20, test_block=20, candidates=1, score_blocks=3,
     )  # fmt: skip
-    what, _, value = setting.partition(" ")
+    if unit.setting == "preset":
+        return own
+    learner = dataclasses.replace(reading.learner, target_every=300, average_share=None)
+    config = dataclasses.replace(own, batch=128, explore=1000, kinds=HOLE, learner=learner)
+    what, _, value = unit.setting.partition(" ")
     if what == "batch":
         return dataclasses.replace(config, batch=int(value))
     if what == "explore":
         return dataclasses.replace(config, explore=int(value))
     if what == "target":
-        return dataclasses.replace(config, learner=dataclasses.replace(config.learner, target_every=int(value)))
+        return dataclasses.replace(config, learner=dataclasses.replace(learner, target_every=int(value)))
     if what == "individual":
         only = next(kind for kind in KINDS if kind == value)
         return dataclasses.replace(config, kinds=((only, 1.0),))
     if what == "all-in-one":
-        return dataclasses.replace(config, kinds=preset.kinds)
+        return dataclasses.replace(config, kinds=reading.kinds)
     return config
 
 
-def measure(task: tuple[str, str, int, int, int, Path]) -> dict[str, Any]:
-    """One training, taken up where it was left, and the pushes after it; a task is the six values named below."""
-    setting, base, episodes, seed, pushes, work = task
+def measure(task: tuple[Unit, int, Path]) -> dict[str, Any]:
+    """One training, taken up where it was left, and the pushes of its best and its last network.
+
+    A task is the training, the pushes a terrain, and the folder for checkpoints.
+    """
+    unit, pushes, work = task
     began = time.process_time()
-    config = config_of(setting, base, episodes)
-    folder = work / f"{base}-{episodes}-{setting.replace(' ', '-')}-{seed}"
-    trained = train_push(config, folder, seed, resume=True)
+    config = config_of(unit)
+    words = unit.base, unit.engine, str(unit.episodes), unit.setting, str(unit.seed)
+    trained = train_push(config, work / "-".join(words).replace(" ", "-").replace(",", ""), unit.seed, resume=True)
     assert trained is not None
-    found = evaluate_push(
-        "rl", episodes=pushes, seed=seed, terrains=tuple(kind for kind, _ in config.kinds), model=trained.card,
-        testing=config.testing, purpose=Purpose.TUNE,
-    )  # fmt: skip
-    return {
-        "setting": setting, "base": base, "episodes": episodes, "seed": seed, "pushes": pushes,
-        "peak_episode": trained.peak_episode, "actions": trained.history[-1].actions,
-        "tests": [[p.episodes, p.actions, round(p.success, 4), round(p.reward, 4)] for p in trained.history],
-        "pushed": {kind: [r["success"], round(r["reward_mean"], 4)] for kind, r in found.items()},
-        "cpu_seconds": round(time.process_time() - began, 1),
+    explored = trained.history[-1].episodes - unit.episodes
+    row: dict[str, Any] = {
+        **dataclasses.asdict(unit), "pushes": pushes, "peak_episode": trained.peak_episode - explored,
+        "explored": explored, "actions": trained.history[-1].actions,
+        "tests": [[p.episodes - explored, p.actions, round(p.success, 4), round(p.reward, 4)] for p in trained.history],
+        "losses": [round(p.loss, 3) for p in trained.history],
     }  # fmt: skip
+    for name, card in (("pushed", trained.card), ("pushed_last", trained.last)):
+        found = evaluate_push(
+            "rl", episodes=pushes, seed=unit.seed, terrains=tuple(kind for kind, _ in config.kinds), model=card,
+            testing=config.testing, purpose=Purpose.JUDGE, engine=unit.engine,
+        )  # fmt: skip
+        row[name] = {
+            kind: [r["success"], round(r["reward_mean"], 4), round(r["reward_sd"], 4)] for kind, r in found.items()
+        }
+    return {**row, "cpu_seconds": round(time.process_time() - began, 1)}
 
 
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    names = {"setting", "base", "episodes", "seed"}
+    names = {"setting", "base", "engine", "episodes", "seed"}
     rows, faults = read_lines(path, lambda row: None if names <= row.keys() else "no training")
     warn_of(path, faults, "these trainings are made again")
     return rows
 
 
-def unit(row: dict[str, Any]) -> tuple[str, str, int, int]:
-    return row["setting"], row["base"], row["episodes"], row["seed"]
+def unit_of(row: dict[str, Any]) -> Unit:
+    return Unit(row["setting"], row["base"], row["engine"], row["episodes"], row["seed"])
 
 
 def run(given: argparse.Namespace) -> None:
-    settings = list(dict.fromkeys(name for names in GRID.values() for name in names if name in given.settings))
-    done = {unit(row) for row in read(given.results)}
-    wanted = [(name, given.base, given.episodes, seed) for seed in given.seeds for name in settings]
-    left = [one for one in wanted if one not in done]
+    done = {unit_of(row) for row in read(given.results)}
+    wanted = [
+        Unit(setting, base, given.engine, given.episodes, seed)
+        for seed in given.seeds
+        for base in given.base
+        for setting in given.settings
+    ]
+    left = [unit for unit in wanted if unit not in done]
     print(f"{len(left)} of {len(wanted)} trainings to do", flush=True)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    tasks = [(*one, given.pushes, given.work) for one in left]
+    tasks = [(unit, given.pushes, given.work) for unit in left]
     for _, row in results(measure, tasks, given.workers, fresh=True):
         append_line(given.results, row)
-        print(f"{row['setting']} seed {row['seed']}: {row['pushed']}, {row['cpu_seconds']} s", flush=True)
+        print(
+            f"{row['base']}, {row['setting']}, {row['engine']}, seed {row['seed']}: peak {row['peak_episode']}, "
+            f"best {row['pushed']}, last {row['pushed_last']}, {row['cpu_seconds']} s",
+            flush=True,
+        )
 
 
 def spread(values: Iterable[float]) -> str:
@@ -129,9 +175,19 @@ def end_of(row: dict[str, Any], column: int) -> float:
 
 
 def table(given: argparse.Namespace) -> None:
-    rows = [row for row in read(given.results) if (row["base"], row["episodes"]) == (given.base, given.episodes)]
+    for base in given.base:
+        table_of(base, chosen(given, base), given)
+
+
+def chosen(given: argparse.Namespace, base: str) -> list[dict[str, Any]]:
+    """The trainings of a reading on the engine and of the length that were asked for."""
+    asked = base, given.engine, given.episodes
+    return [row for row in read(given.results) if (row["base"], row["engine"], row["episodes"]) == asked]
+
+
+def table_of(base: str, rows: list[dict[str, Any]], given: argparse.Namespace) -> None:
     for title, names in GRID.items():
-        about = f"preset {given.base}, {given.episodes} training episodes"
+        about = f"{base}, {given.engine}, {given.episodes} training episodes"
         print(f"\n{title} ({about}; mean, least to largest of the seeds)\n")
         if title != "one network or three":
             print("| | seeds | reward of the tests, whole training | reward of the last tests | success of them |")
@@ -156,24 +212,28 @@ def table(given: argparse.Namespace) -> None:
 def plot(given: argparse.Namespace) -> None:
     from colonysim.plots.learning import ablation_figure
 
-    rows = [row for row in read(given.results) if (row["base"], row["episodes"]) == (given.base, given.episodes)]
-    panels = {
-        title: {
-            LABELS[title] if name == "base" else name: [row["tests"] for row in rows if row["setting"] == name]
-            for name in names
-        }
-        for title, names in GRID.items()
-        if title in LABELS
-    }
-    figure = ablation_figure(panels, f"preset {given.base}, holes")
     given.out.mkdir(parents=True, exist_ok=True)
-    figure.savefig(given.out / "push-ablation.png", dpi=120)
+    for base in given.base:
+        rows = chosen(given, base)
+        panels = {
+            title: {
+                LABELS[title] if name == "base" else name: [row["tests"] for row in rows if row["setting"] == name]
+                for name in names
+            }
+            for title, names in GRID.items()
+            if title in LABELS
+        }
+        figure = ablation_figure(panels, f"{base}, {given.engine}, holes")
+        figure.savefig(given.out / f"push-ablation-{base.replace(' ', '-').replace(',', '')}.png", dpi=120)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["run", "table", "plot"])
-    parser.add_argument("--base", choices=list(PRESETS), default="paper", help="preset that is ablated")
+    parser.add_argument(
+        "--base", nargs="+", choices=list(READINGS), default=["paper"], help="readings of Algorithm 1 to train"
+    )
+    parser.add_argument("--engine", choices=ENGINES, default=default_engine())
     parser.add_argument("--episodes", type=int, default=400, help="training episodes, exploration not counted")
     parser.add_argument("--pushes", type=int, default=200, help="pushes a terrain after each training")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])

@@ -33,7 +33,7 @@ def command(
     list_only: Annotated[bool, typer.Option("--list", help="List what can be reproduced.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer seeds and episodes: some minutes.")] = False,
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Seeds on the node world.", show_default="20, quick 8")
+        int | None, typer.Option(min=1, help="Seeds on the node world.", show_default="80, quick 8")
     ] = None,
     first_seed: Annotated[int, typer.Option(min=0, help="The first of all seeds.")] = 1000,
     workers: Annotated[

@@ -27,6 +27,8 @@ _SMOOTHED = 8
 _LARGEST, _LONGEST = 1e12, 100
 """Of a number that is drawn, and characters of a text."""
 _SETTINGS = ("#E69F00", "#009E73", "#56B4E9", "#CC79A7")
+"""Colours of the curves of a panel."""
+_MEASURES = {"reward": 3, "success": 2}
 _TERRAINS = {"flat": "#E69F00", "slope": "#009E73", "hole": "#3A3A3A"}
 
 
@@ -70,13 +72,16 @@ def learning_figure(folder: Path) -> Figure:
     return figure
 
 
-def ablation_figure(panels: Mapping[str, Mapping[str, Sequence[Sequence[Sequence[float]]]]], about: str) -> Figure:
-    """Reward of the tests by training episodes, one panel a parameter and one curve a value of it.
+def ablation_figure(
+    panels: Mapping[str, Mapping[str, Sequence[Sequence[Sequence[float]]]]], about: str, measure: str = "reward"
+) -> Figure:
+    """Reward or success of the tests by training episodes, one panel a parameter and one curve a value of it.
 
     Args:
         panels: Title, then label of a value, then for each training seed its tests: episodes, actions, success, reward.
-            Those of the exploration are left out.
+            Episodes of the exploration do not count. At most four values a panel.
         about: What was trained, for the title.
+        measure: "reward" or "success".
     """
     figure = Figure(figsize=(3.6 * len(panels), 3.4), layout="constrained")
     figure.suptitle(f"Ablation of the push · {about}", fontsize=11, color=INK)
@@ -85,9 +90,9 @@ def ablation_figure(panels: Mapping[str, Mapping[str, Sequence[Sequence[Sequence
         for color, (label, seeds) in zip(_SETTINGS, curves.items(), strict=False):
             if not seeds:
                 continue
-            smooth = [_smooth([test[3] for test in tests]) for tests in seeds]
+            smooth = [_smooth([test[_MEASURES[measure]] for test in tests]) for tests in seeds]
             by_test = list(zip(*smooth, strict=False))
-            episodes = [test[0] - seeds[0][0][0] for test in seeds[0][: len(by_test)]]
+            episodes = [test[0] for test in seeds[0][: len(by_test)]]
             axes.fill_between(episodes, [min(v) for v in by_test], [max(v) for v in by_test], color=color, alpha=0.2)
             means = [sum(v) / len(v) for v in by_test]
             axes.plot(episodes, means, color=color, linewidth=1.6, label=f"{label} ({len(seeds)} seeds)")
@@ -95,7 +100,7 @@ def ablation_figure(panels: Mapping[str, Mapping[str, Sequence[Sequence[Sequence
         axes.set_xlabel("training episodes after the exploration", fontsize=8)
         _tidy(axes)
         axes.legend(fontsize=7, loc="lower right", frameon=False)
-    row[0].set_ylabel("reward of the tests\n(mean, least to largest of the seeds)", fontsize=8)
+    row[0].set_ylabel(f"{measure} of the tests\n(mean, least to largest of the seeds)", fontsize=8)
     return figure
 
 

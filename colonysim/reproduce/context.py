@@ -21,18 +21,36 @@ if TYPE_CHECKING:
 
 __all__ = ["Context", "Judged"]
 
-IMAGES = "reproduction"
+PAGES = "reproduction"
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A verdict with what it is about."""
+    """A verdict with what it is about.
+
+    Attributes:
+        study: The study.
+        about: The figure or claim.
+        with_what: Rules and executor, or reading, in words.
+        verdict: The verdict.
+        settings: What was judged, by name: policy, backend and its options, or the reading of a training.
+        digits: Of the difference when it is shown.
+        why: Why it may have come out so.
+    """
 
     study: str
     about: str
     with_what: str
     verdict: Verdict
+    settings: Mapping[str, Any]
     digits: int = 2
+    why: str = ""
+
+    @property
+    def difference(self) -> str:
+        """The difference as text."""
+        found = self.verdict.difference
+        return found.shown(self.digits, sign=True) if found else "-"
 
 
 @dataclass
@@ -44,7 +62,7 @@ class Context:
         size: How much is run.
         paper: What the paper reports.
         evidence: The trials.
-        trainings: Stored trainings of the push, if there are any.
+        trainings: Stored trainings of the push, by reading and engine.
         stored_in: For each engine whose runs were not made here, the name of the file that they come from.
         judged: All verdicts so far.
         gaps: What could not be shown, and why.
@@ -54,7 +72,7 @@ class Context:
     size: Size
     paper: Paper
     evidence: Evidence
-    trainings: Trainings | None
+    trainings: Sequence[Trainings]
     stored_in: Mapping[str, str]
     judged: list[Judged] = field(default_factory=list)
     gaps: list[str] = field(default_factory=list)
@@ -65,22 +83,27 @@ class Context:
         return self.out / "runs"
 
     @property
-    def images(self) -> Path:
-        """Where images are."""
-        return self.out / IMAGES
+    def pages(self) -> Path:
+        """Where the pages and their images are."""
+        return self.out / PAGES
 
     def picture(self, name: str) -> list[Block]:
         """An image beside what the paper says of its own."""
         caption = self.paper.figures[name]
         return [
-            Picture(f"{IMAGES}/{name}.png", name.replace("-", " ")),
+            Picture(f"{name}.png", name.replace("-", " ")),
             Text(f"*The paper, `{caption.place}`:* {caption.says}"),
         ]
 
-    def judge(self, study: str, about: str, with_what: str, verdict: Verdict, digits: int = 2) -> str:
-        """Keeps a verdict; returns it as a table's cell."""
-        self.judged.append(Judged(study, about, with_what, verdict, digits))
-        return verdict.word
+    def judge(self, judged: Judged) -> str:
+        """Keeps a verdict, unless there is nothing that could be compared; returns it as a table's cell."""
+        verdict = judged.verdict
+        if verdict.difference is None:
+            return "no runs"
+        self.judged.append(judged)
+        if verdict.word == "undecided":
+            return f"{verdict.word}: {verdict.wanting}"
+        return f"{verdict.word}: {judged.why}" if judged.why else verdict.word
 
     def claims(self, study: str, groups: Sequence[tuple[str, Mapping[str, Any]]], late: tuple[int, int]) -> list[Block]:
         """The table of the claims that a study tests, under each of some groups of settings (label, settings)."""
@@ -92,15 +115,12 @@ class Context:
                 one, other = self.evidence.pairs({**where, **claim.of}, {**where, **claim.than}, claim.measure, span)
                 verdict = direction(one, other, claim.expected, WITHIN.get(claim.measure))
                 sides = [_shown(values, claim.measure, digits) for values in (one, other)]
-                word = self.judge(study, claim.says, label, verdict, digits)
-                difference = verdict.difference.shown(digits, sign=True) if verdict.difference else "-"
+                why = claim.why.get(str(more["policy"]), "") if verdict.word == "disagrees" else ""
+                judged = Judged(study, claim.says, label, verdict, more, digits, why)
                 what = f"{claim.measure}{f', episodes {late[0]}-{late[1]}' if claim.late else ''}"
                 tested = f"{what}: {_settings(claim.of)} against {_settings(claim.than)}"
                 says = f"{claim.says} (`{claim.place}`)"
-                why = claim.why.get(str(more["policy"]), "") if word == "disagrees" else ""
-                rows.append([
-                    says, label, tested, *sides, difference, str(len(one)), f"{word}: {why}" if why else word,
-                ])  # fmt: skip
+                rows.append([says, label, tested, *sides, judged.difference, str(len(one)), self.judge(judged)])
         columns = ["the paper claims", "rules", "tested", "first", "second", "difference [95 %]", "seeds", "verdict"]
         return [Table(columns, rows)] if rows else []
 

@@ -15,7 +15,7 @@ from colonysim.reproduce.judging import WORDS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Block", "Heading", "Picture", "Table", "Text", "as_html", "as_markdown"]
+__all__ = ["Block", "Heading", "Page", "Picture", "Table", "Text", "as_html", "as_markdown"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,10 @@ class Heading:
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph, or lines that begin with "- "; `code`, *words* and **words** are marked as in Markdown."""
+    """A paragraph, or lines that begin with "- ".
+
+    `code`, *words*, **words** and [links](page.md) to other pages are marked as in Markdown.
+    """
 
     text: str
 
@@ -50,6 +53,20 @@ class Picture:
 
 
 Block = Heading | Text | Table | Picture
+
+
+@dataclass(frozen=True)
+class Page:
+    """A part of the report.
+
+    Attributes:
+        name: Of its file, without ending.
+        blocks: What stands there; the first is its title.
+    """
+
+    name: str
+    blocks: Sequence[Block]
+
 
 _STYLE = """\
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; }
@@ -86,14 +103,17 @@ def as_markdown(blocks: Sequence[Block]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def as_html(blocks: Sequence[Block], folder: Path) -> str:
-    """The report as HTML, images of `folder` inside it.
+def as_html(pages: Sequence[Page], folder: Path) -> str:
+    """All pages as one HTML file, images of `folder` inside it.
 
     Raises:
         ColonysimError: An image cannot be read.
     """
-    title = next((block.text for block in blocks if isinstance(block, Heading)), "Report")
-    body = "\n".join(_html(block, folder) for block in blocks)
+    title = next((block.text for page in pages for block in page.blocks if isinstance(block, Heading)), "Report")
+    body = "\n".join(
+        f'<section id="{page.name}">\n' + "\n".join(_html(block, folder) for block in page.blocks) + "\n</section>"
+        for page in pages
+    )
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{html.escape(title)}</title>\n'
         f'<meta name="viewport" content="width=device-width">\n<style>\n{_STYLE}</style>\n</head>\n<body>\n{body}\n'
@@ -133,5 +153,6 @@ def _paragraph(text: str) -> str:
 def _inline(text: str) -> str:
     text = html.escape(text, quote=False)
     text = re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+    text = re.sub(r"\[([^\]]+)\]\(([a-z-]+)\.md\)", r'<a href="#\2">\1</a>', text)
     text = re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", text)
     return re.sub(r"\*([^*]+)\*", r"<em>\1</em>", text)

@@ -7,9 +7,11 @@ from math import isfinite
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, Literal
 
+from colonysim.backends.physics import SUITED
 from colonysim.errors import ColonysimError
 from colonysim.jsonlines import described, read_lines
 from colonysim.physics import ENGINES
+from colonysim.suggest import nearest
 from colonysim.sweep.tables import EPISODE
 
 if TYPE_CHECKING:
@@ -105,9 +107,10 @@ def found_by(trials: Iterable[Trial], store: Store) -> tuple[list[Measured], lis
 
 
 def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
-    """Runs in physics that `benchmarks/physics_tables.py` has stored: one engine, preset `colony`, several executors.
+    """Runs in physics that `benchmarks/physics_tables.py` has stored: one engine, several policies and executors.
 
-    Rows from before there was a second engine do not name theirs, Bullet.
+    Rows that name no engine are of Bullet, those that name no policy of `colony`, and those that name no estimate have
+    the one that suits the executor.
 
     Returns:
         The engine, the runs, and what is wrong with the lines that are damaged: nothing, or one text.
@@ -116,9 +119,12 @@ def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
         ColonysimError: The file cannot be read, is none of these, or holds runs on several engines.
     """
     rows, gaps = stored_lines(
-        path, {"map": str, "push": str, "seed": int, "episodes": [_EPISODE]}, ("map", "push", "seed"),
+        path, {"map": str, "push": str, "seed": int, "episodes": [_EPISODE]},
+        ("map", "policy", "push", "feasibility", "parameters", "seed"),
         "runs in physics as benchmarks/physics_tables.py stores them",
     )  # fmt: skip
+    if unknown := sorted({row["push"] for row in rows} - SUITED.keys()):
+        raise ColonysimError(f"{path}: there is no executor {unknown[0]!r}; {nearest(unknown[0], SUITED)}")
     engines = sorted({str(row.get("engine", "bullet")) for row in rows})
     if len(engines) > 1 or not set(engines) <= set(ENGINES):
         found = ", ".join(engines)
@@ -128,10 +134,11 @@ def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
         name, _, variant = row["map"].partition(":")
         settings = {
             "scenario": name, "variant": variant or ("r20-4" if name == "hard" else None), "backend": engines[0],
-            "policy": "colony", "mode": "asynchronous", "backend.push": row["push"],
+            "policy": row.get("policy", "colony"), "mode": "asynchronous", "backend.push": row["push"],
+            "backend.feasibility": row.get("feasibility", SUITED[row["push"]]),
         }  # fmt: skip
         episodes = tuple({"episode": number, **episode} for number, episode in enumerate(row["episodes"], 1))
-        measured.append(Measured(settings, {}, row["seed"], episodes))
+        measured.append(Measured(settings, row.get("parameters", {}), row["seed"], episodes))
     return engines[0], measured, gaps
 
 
@@ -146,22 +153,22 @@ def stored_lines(
     Args:
         path: The file, a JSON object a line.
         form: What a row holds: types, or forms of types as `_fits` knows them.
-        key: Names of the values by which a row is told from the others.
+        key: Names of the values by which a row is told from the others; not every row needs to have each.
         what: What the file should hold, for messages.
 
     Raises:
         ColonysimError: The file cannot be read, or no line of it is whole.
     """
-    seen: set[tuple[Any, ...]] = set()
+    seen: set[str] = set()
 
     def fault_of(row: dict[str, Any]) -> str | None:
         wrong = next((name for name, part in form.items() if not _fits(row.get(name), part)), None)
         if wrong is not None:
             return f"its {wrong!r} is missing or not as it was written"
-        named = tuple(row[name] for name in key)
-        if named in seen:
-            return f"it is there twice ({', '.join(map(str, named))})"
-        seen.add(named)
+        named = tuple(row.get(name) for name in key)
+        if str(named) in seen:
+            return f"it is there twice ({', '.join(str(part) for part in named if part is not None)})"
+        seen.add(str(named))
         return None
 
     rows, faults = read_lines(path, fault_of)

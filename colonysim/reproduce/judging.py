@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import ceil, sqrt
 from statistics import fmean
 from typing import TYPE_CHECKING, Literal, get_args
 
-from colonysim.intervals import of_mean
+from colonysim.intervals import of_mean, wilson
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,8 @@ WITHIN = {"success": (0.0, 1.0)}
 RULE = f"""\
 Intervals are of 95 %: over seeds, since the episodes of a run depend on each other; by bootstrap (2,000 resamples) from
 8 seeds on, Student's for fewer, none for one; seeds that all give the same leave it without width. Shares of runs have
-Wilson's.
+Wilson's. An *undecided* verdict comes with the number of seeds that would decide it if the means stayed as they are and
+the interval narrowed with the root of that number.
 
 - **A figure of the paper** is compared by the difference, ours less the paper's; its interval joins ours with that \
 of the paper's mean (its standard deviation over the root of its episodes). It *disagrees* if the interval leaves out \
@@ -99,10 +100,25 @@ class Verdict:
     Attributes:
         word: One of `WORDS`.
         difference: Ours less the paper's, or one setting's less the other's; None where nothing could be compared.
+        takes: How many values would decide what is undecided, if the mean stayed; None if it is decided, if there is no
+            interval yet, or if no number would.
     """
 
     word: Word
     difference: Figure | None
+    takes: int | None = None
+
+    @property
+    def wanting(self) -> str:
+        """What it would take to decide what is undecided; empty if it is decided."""
+        d = self.difference
+        if self.word != "undecided":
+            return ""
+        if d is None or d.low is None:
+            return "two seeds at least, for an interval"
+        if self.takes is None:
+            return "no number of seeds would do: the paper's own interval is too wide, or ours meets the limit exactly"
+        return f"about {self.takes:,} seeds would do, there are {d.count}"
 
     @property
     def side(self) -> Literal["above", "below"] | None:
@@ -126,7 +142,10 @@ def level(ours: Figure | None, paper: Reported, measure: str) -> Verdict:
     if low > 0.0 or high < 0.0:
         return Verdict("better" if (high < 0.0) == (measure == "steps") else "disagrees", found)
     widest = COARSE[measure] * (paper.mean if measure == "steps" else 1.0)
-    return Verdict("agrees" if (high - low) / 2.0 <= widest else "undecided", found)
+    if (high - low) / 2.0 <= widest:
+        return Verdict("agrees", found)
+    own, theirs = (ours.high - ours.low) / 2.0, paper.half
+    return Verdict("undecided", found, _takes(ours.count, own, max(abs(difference), widest), theirs))
 
 
 def direction(
@@ -141,16 +160,40 @@ def direction(
     if found is None or found.low is None or found.high is None:
         return Verdict("undecided", found)
     slack = NEGLIGIBLE * abs(fmean(one) + fmean(other)) / 2.0
+    half = (found.high - found.low) / 2.0
     negligible = -slack <= found.low and found.high <= slack
     if expected == "same":
         outside = found.low > slack or found.high < -slack
-        return Verdict("agrees" if negligible else "disagrees" if outside else "undecided", found)
+        if negligible or outside:
+            return Verdict("agrees" if negligible else "disagrees", found)
+        return Verdict("undecided", found, _takes(found.count, half, abs(slack - abs(found.mean))))
     claimed, against = found.low > 0.0, found.high < 0.0
     if expected == "less":
         claimed, against = against, claimed
-    return Verdict("agrees" if claimed else "disagrees" if against or negligible else "undecided", found)
+    if claimed or against or negligible:
+        return Verdict("agrees" if claimed else "disagrees", found)
+    return Verdict("undecided", found, _takes(found.count, half, max(abs(found.mean), slack - abs(found.mean))))
 
 
-def share(low: float, high: float) -> Word:
-    """Whether something happens in most runs, by the interval of its share."""
-    return "agrees" if low > 0.5 else "disagrees" if high < 0.5 else "undecided"
+def share(there: int, runs: int) -> Verdict:
+    """Whether something happens in most runs, by Wilson's interval of its share."""
+    low, high = wilson(there, runs)
+    found = Figure(there / runs, low, high, runs)
+    if low > 0.5 or high < 0.5:
+        return Verdict("agrees" if low > 0.5 else "disagrees", found)
+    # Wilson's interval leaves out one half as soon as the normal test of one half does.
+    away = abs(found.mean - 0.5)
+    return Verdict("undecided", found, ceil((1.959964 * 0.5 / away) ** 2) + 1 if away else None)
+
+
+def _takes(count: int, half: float, reach: float, theirs: float = 0.0) -> int | None:
+    """How many values would bring half of an interval to `reach`.
+
+    Args:
+        count: Values there are.
+        half: Half of their interval, which narrows with the root of their number.
+        reach: What half of the joint interval must come down to.
+        theirs: Half of the paper's interval, which stays.
+    """
+    room = reach**2 - theirs**2
+    return max(count + 1, ceil(count * half**2 / room)) if room > 0.0 else None

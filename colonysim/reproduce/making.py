@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim import __version__
 from colonysim.errors import ColonysimError
 from colonysim.files import alone, replace_file
 from colonysim.physics import engine_trouble
 from colonysim.processes import refuse_unguarded
 from colonysim.reproduce import plans
 from colonysim.reproduce.context import Context
-from colonysim.reproduce.document import Block, Heading, Table, Text, as_html, as_markdown
+from colonysim.reproduce.document import Block, Heading, Text, as_html, as_markdown
 from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_in_physics
-from colonysim.reproduce.judging import RULE, WORDS
+from colonysim.reproduce.fit import fit_part, held_out
+from colonysim.reproduce.pages import report
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.push import Trainings
 from colonysim.reproduce.push_study import push_part
@@ -27,6 +27,7 @@ from colonysim.sweep import Store, run_planned
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from colonysim.reproduce.paper import Paper
     from colonysim.sweep.workers import Outcome
 
 __all__ = ["STUDIES", "Made", "Study", "reproduce", "stored"]
@@ -42,6 +43,8 @@ class Study:
         part: Makes its blocks.
         trials: The sweeps it needs.
         physics: Whether it needs a rigid-body engine.
+        then: Makes the sweeps that depend on what the first ones have found.
+        page: The page that it stands on, one of `pages.PAGES`.
     """
 
     title: str
@@ -49,6 +52,8 @@ class Study:
     part: Callable[[Context], list[Block]]
     trials: Callable[[plans.Size], list[dict[str, Any]]] = lambda size: []
     physics: bool = False
+    then: Callable[[plans.Size, Evidence, Paper], list[dict[str, Any]]] | None = None
+    page: str = "pheromones"
 
 
 def _drawings(study: str, *names: str) -> Callable[[Context], list[Block]]:
@@ -57,21 +62,28 @@ def _drawings(study: str, *names: str) -> Callable[[Context], list[Block]]:
 
 STUDIES = {
     "performance-nodeworld": Study(
-        "Performance on the node world", "PerformanceEasyMedium, HardResults", nodeworld_part, plans.nodeworld
+        "Performance on the node world", "PerformanceEasyMedium, HardResults", nodeworld_part, plans.nodeworld,
+        page="performance",
     ),
     "performance-physics": Study(
-        "Performance in physics", "PerformanceEasyMedium, HardResults", physics_part, plans.physics, physics=True
+        "Performance in physics", "PerformanceEasyMedium, HardResults", physics_part, plans.physics, physics=True,
+        page="performance",
     ),
     "ablation-sanity": Study(
         "Ablations on sanity", "AblationSanity", lambda context: ablation_part(context, "sanity"),
-        lambda size: plans.ablation(size, "sanity"),
+        lambda size: plans.ablation(size, "sanity"), page="ablations",
     ),
     "ablation-easy": Study(
         "Ablations on easy", "AblationEasy", lambda context: ablation_part(context, "easy"),
-        lambda size: plans.ablation(size, "easy"),
+        lambda size: plans.ablation(size, "easy"), page="ablations",
+    ),
+    "fit": Study(
+        "The parameters that the paper does not print", "PerformanceEasyMedium, HardResults", fit_part, plans.fit,
+        then=held_out, page="fit",
     ),
     "asynchrony": Study(
-        "Asynchronous against synchronous", "Section 3.5.2, Deadlock", asynchrony_part, plans.asynchrony
+        "Asynchronous against synchronous", "Section 3.5.2, Deadlock", asynchrony_part, plans.asynchrony,
+        page="ablations",
     ),
     "pheromones-sanity": Study(
         "Pheromones on sanity", "SanityDevelopment",
@@ -98,7 +110,7 @@ STUDIES = {
         "EasyTrajectoryFirst, EasyTrajectoryThird, EasyTrajectoryFourth, MediumTrajectoryFirst, HardTrajectoriesEnd",
         _drawings("trajectories-physics", "physics-easy", "physics-medium", "physics-hard"), physics=True,
     ),
-    "push": Study("The push", "SingleDDQNAblation, PolicyStyleTest", push_part),
+    "push": Study("The push", "SingleDDQNAblation, PolicyStyleTest", push_part, page="push"),
 }  # fmt: skip
 """What can be reproduced, by name."""
 _STORED = "performance-physics"
@@ -112,8 +124,8 @@ class Made:
     """What a reproduction has made.
 
     Attributes:
-        markdown: The report, whose images are beside it.
-        html: The same in one file.
+        markdown: The first page of the report; the others and the images are beside it.
+        html: All of it in one file.
         verdicts: How often each word was said.
         gaps: What is missing, and why.
     """
@@ -135,7 +147,7 @@ def reproduce(
     on_outcome: Callable[[Outcome, int, int], None] | None = None,
     on_study: Callable[[str], None] | None = None,
 ) -> Made:
-    """Runs studies and writes `reproduction.md` and `reproduction.html`; what is there already is not run again.
+    """Runs studies and writes `reproduction/index.md`, its pages, and `reproduction.html`; nothing is run twice.
 
     Args:
         out: The directory: report, images, trials and recorded runs.
@@ -173,7 +185,7 @@ def reproduce(
         kept += runs
         gaps += damaged
     source = Path(trainings) if trainings else stored("push_ablation.jsonl")
-    trained, damaged = Trainings.read(source) if source else (None, [])
+    trained, damaged = Trainings.read(source) if source else ([], [])
     gaps += damaged
     if trouble := engine_trouble(size.engine):
         without = [name for name, study in chosen.items() if study.physics and not (kept and name == _STORED)]
@@ -185,25 +197,34 @@ def reproduce(
     with alone(out, "is reproducing the paper there"):
         measured: list[Measured] = []
         if documents:
-            trials = plans.asked(documents)
             with Store(out / "trials", write=True) as store:
+                trials = plans.asked(documents)
                 run_planned(plans.joined(trials), store, workers=workers, on_outcome=on_outcome)
-            measured, missing = found_by(trials, store)
+                measured, missing = found_by(trials, store)
+                following = [study.then for study in chosen.values() if study.then is not None]
+                if following:
+                    found = Evidence(measured)
+                    more = [document for then in following for document in then(size, found, the_paper())]
+                    trials += plans.asked(more)
+                    run_planned(plans.joined(trials), store, workers=workers, on_outcome=on_outcome)
+                    measured, missing = found_by(trials, store)
             gaps += [f"trial {line}" for line in missing]
         context = Context(
             out=out, size=size, paper=the_paper(), evidence=Evidence([*measured, *kept]), trainings=trained,
             stored_in=stored_in, gaps=gaps,
         )  # fmt: skip
-        parts: list[Block] = []
+        pages: dict[str, list[Block]] = {}
         for name, study in chosen.items():
             if on_study is not None:
                 on_study(name)
-            parts += [Heading(2, study.title), Text(f"`{name}`; the paper's {study.places}."), *study.part(context)]
-        blocks = [*_opening(context, _asked(list(chosen), size, physics, trainings)), *parts]
-        markdown, page = out / "reproduction.md", out / "reproduction.html"
-        replace_file(markdown, as_markdown(blocks))
-        replace_file(page, as_html(blocks, out))
-    return Made(markdown, page, Counter(judged.verdict.word for judged in context.judged), tuple(context.gaps))
+            about = f"`{name}`; the paper's {study.places}."
+            pages.setdefault(study.page, []).extend([Heading(2, study.title), Text(about), *study.part(context)])
+        written = report(context, pages, _asked(list(chosen), size, physics, trainings))
+        for page in written:
+            replace_file(context.pages / f"{page.name}.md", as_markdown(page.blocks))
+        markdown, html = context.pages / "index.md", out / "reproduction.html"
+        replace_file(html, as_html(written, context.pages))
+    return Made(markdown, html, Counter(judged.verdict.word for judged in context.judged), tuple(context.gaps))
 
 
 def stored(name: str) -> Path | None:
@@ -215,41 +236,7 @@ def stored(name: str) -> Path | None:
     return None
 
 
-def _opening(context: Context, asked: str) -> list[Block]:
-    size = context.size
-    counts = Counter(judged.verdict.word for judged in context.judged)
-    rows = [
-        [each.about, each.study, each.with_what, _difference(each.verdict.difference, each.digits), each.verdict.word]
-        for each in context.judged
-    ]
-    words = ", ".join(f"{counts[word]} *{word}*" for word in WORDS)
-    blocks: list[Block] = [
-        Heading(1, "The paper, reproduced"),
-        Text(
-            f"{context.paper.source}, beside colonysim {__version__}. Made by `colonysim reproduce{asked}`: "
-            f"node world with seeds {size.first_seed}-{size.first_seed + size.seeds - 1}, {size.episodes} episodes a "
-            "run. `paper` is the paper's own rules with their contradictions repaired, `colony` the recommended ones. "
-            "The paper's images are not to be had; its captions and numbers stand in their place."
-        ),
-        Heading(2, "The rule"),
-        *[Text(part) for part in RULE.strip().split("\n\n")],
-        Heading(2, "At a glance"),
-        Text(f"Of {len(rows)} comparisons: {words}."),
-    ]
-    if context.gaps:
-        blocks += [Heading(3, "What is missing"), Text("\n".join(f"- {gap}" for gap in context.gaps))]
-    if rows:
-        blocks.append(Table(["about", "study", "with", "difference or share [95 %]", "verdict"], rows))
-    return blocks
-
-
-def _difference(figure: Any, digits: int) -> str:
-    return figure.shown(digits, sign=True) if figure else "-"
-
-
-def _asked(
-    names: Sequence[str], size: plans.Size, physics: Sequence[str | Path], trainings: str | Path | None
-) -> str:
+def _asked(names: Sequence[str], size: plans.Size, physics: Sequence[str | Path], trainings: str | Path | None) -> str:
     """The command's arguments; of files the name, for where they lie is nobody else's business."""
     words = [] if list(names) == list(STUDIES) else list(names)
     quick = size == replace(plans.QUICK, seeds=size.seeds, first_seed=size.first_seed, engine=size.engine)

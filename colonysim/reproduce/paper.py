@@ -99,7 +99,8 @@ class Paper(_Part):
 
     source: str
     performance: tuple[Row, ...]
-    reasons: dict[str, dict[str, dict[str, str]]]
+    reasons: dict[str, dict[str, dict[str, dict[str, str]]]]
+    """Why a row may come out otherwise: by place, policy, measure and side."""
     push_style: _Styles
     claims: tuple[Claim, ...]
     push_claims: tuple[PushClaim, ...]

@@ -11,8 +11,26 @@ from colonysim.sweep.plan import Limits
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["ABLATED", "FULL", "HARD", "MAPS", "PRESETS", "QUICK", "Size", "ablation", "asked", "asynchrony", "joined",
-           "nodeworld", "physics"]  # fmt: skip
+__all__ = [
+    "ABLATED",
+    "FITTED",
+    "FITTED_READINGS",
+    "FULL",
+    "HARD",
+    "MAPS",
+    "PRESETS",
+    "PRESET_POINT",
+    "QUICK",
+    "Size",
+    "ablation",
+    "asked",
+    "asynchrony",
+    "fit",
+    "fit_held_out",
+    "joined",
+    "nodeworld",
+    "physics",
+]  # fmt: skip
 
 HARD = ("r20-4", "r5-4", "r5-6")
 MAPS: tuple[tuple[str, str | None], ...] = (("easy", None), ("medium", None), *(("hard", name) for name in HARD))
@@ -46,16 +64,27 @@ class Size:
         drawn: Seeds of the recorded runs whose pheromones are looked at.
         driven: Episodes of the runs in physics whose trajectories are drawn.
         engine: The rigid-body engine of what is run in physics.
+        fit_points: Points of the fit under each of its readings.
+        fit_seeds: Seeds of each of them.
+        held_out_seeds: Fresh seeds of the best points.
     """
 
-    seeds: int = 20
+    seeds: int = 80
     first_seed: int = 1000
     episodes: int = 30
-    physics_seeds: int = 3
+    physics_seeds: int = 5
     physics_episodes: int = 20
     drawn: int = 12
     driven: int = 10
     engine: str = "bullet"
+    fit_points: int = 64
+    fit_seeds: int = 4
+    held_out_seeds: int = 10
+
+    @property
+    def held_out_first(self) -> int:
+        """The first of the fresh seeds, far beyond all others."""
+        return self.first_seed + 500_000
 
     def late(self) -> tuple[int, int]:
         """First and last of the episodes after the pheromones have settled on the node world: the last third."""
@@ -63,7 +92,32 @@ class Size:
 
 
 FULL = Size()
-QUICK = replace(FULL, seeds=8, physics_seeds=1, physics_episodes=3, drawn=6, driven=4)
+QUICK = replace(
+    FULL, seeds=8, physics_seeds=1, physics_episodes=3, drawn=6, driven=4, fit_points=8, fit_seeds=1, held_out_seeds=4
+)
+
+FITTED: dict[str, tuple[float, float]] = {
+    "policy.beta": (0.25, 6.0), "policy.epsilon": (0.0, 0.6), "policy.epsilon_decay": (0.8, 1.0),
+    "policy.box_decay": (0.5, 1.0), "policy.box_start": (1.0, 4.0),
+}  # fmt: skip
+"""The parameters without printed values, and the ranges that the fit draws them from."""
+FITTED_READINGS: dict[str, tuple[str, ...]] = {
+    "policy.collision": ("two_node", "reservation"), "policy.box_credit": ("enter", "leave"),
+}  # fmt: skip
+"""The two readings that, of `ALTERNATIVES`, bring the preset nearest to the paper's rows by themselves."""
+PRESET_POINT: dict[str, Any] = {
+    "policy.beta": 1.0, "policy.epsilon": 0.2, "policy.epsilon_decay": 0.95, "policy.box_decay": 0.95,
+    "policy.box_start": 2.0, "policy.collision": "two_node", "policy.box_credit": "enter",
+}  # fmt: skip
+"""The same as the preset `paper` has them."""
+ALTERNATIVES: dict[str, Any] = {
+    "policy.collision": "reservation", "policy.box_credit": "leave", "policy.patience": 5.0,
+    "policy.ask_to_clear": True, "policy.distance_rule": "lrta", "policy.updates": "everywhere",
+    "policy.candidates_centre": "agent", "policy.hole_evaporation": 0.5, "policy.epsilon_per": "episode",
+    "policy.exploration_evaporation": 0.5, "policy.exploration_on_wait": False, "policy.deposit_at_start": False,
+    "policy.overfill": False, "policy.look_on": True, "policy.errands": True,
+}  # fmt: skip
+"""Readings other than those of the preset `paper`, each tried alone."""
 
 
 def _document(size: Size, maps: Iterable[tuple[str, str | None]], **more: Any) -> dict[str, Any]:
@@ -78,10 +132,13 @@ def nodeworld(size: Size) -> list[dict[str, Any]]:
 
 
 def physics(size: Size) -> list[dict[str, Any]]:
-    """The preset `colony` on the paper's maps with rigid bodies."""
-    body = [{"name": size.engine, "push": "staged"}]
+    """Both presets on the paper's maps with rigid bodies, with the paper's push and estimate, and the staged push."""
+    body = [
+        {"name": size.engine, "push": "rl", "feasibility": "forest"},
+        {"name": size.engine, "push": "staged", "feasibility": "way"},
+    ]
     seeds = {"count": size.physics_seeds, "first": size.first_seed}
-    few = {"policies": ["colony"], "seeds": seeds, "episodes": size.physics_episodes}
+    few = {"seeds": seeds, "episodes": size.physics_episodes}
     return [_document(size, MAPS, modes=["asynchronous"], backends=body) | few]
 
 
@@ -91,6 +148,29 @@ def ablation(size: Size, name: str) -> list[dict[str, Any]]:
         _document(size, [(name, None)], modes=["synchronous"], grid={parameter: list(values)})
         for parameter, values in ABLATED[name].items()
     ]
+
+
+def fit(size: Size) -> list[dict[str, Any]]:
+    """The paper's rules on its rows: at many points of `FITTED` under each reading, and each other reading alone.
+
+    beta as the preset has it stands for the preset.
+    """
+    sample = {"count": size.fit_points, "method": "sobol", "seed": 0, "ranges": {k: list(v) for k, v in FITTED.items()}}
+    readings = {name: list(options) for name, options in FITTED_READINGS.items()}
+    fitted = _fit(size, size.first_seed, size.fit_seeds)
+    alone = [{"grid": {name: [value]}} for name, value in [*ALTERNATIVES.items(), ("policy.beta", 1.0)]]
+    return [fitted | {"sample": sample, "grid": readings}, *(fitted | each for each in alone)]
+
+
+def fit_held_out(size: Size, point: Mapping[str, Any]) -> dict[str, Any]:
+    """One point with fresh seeds."""
+    grid = {name: [value] for name, value in point.items()}
+    return _fit(size, size.held_out_first, size.held_out_seeds) | {"grid": grid}
+
+
+def _fit(size: Size, first: int, seeds: int) -> dict[str, Any]:
+    more = {"policies": ["paper"], "seeds": {"count": seeds, "first": first}, "episodes": FULL.physics_episodes}
+    return _document(size, MAPS, modes=["asynchronous"]) | more
 
 
 def asynchrony(size: Size) -> list[dict[str, Any]]:

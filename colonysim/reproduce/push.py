@@ -1,4 +1,4 @@
-"""The push's part of the paper: ablations and the styles of training, from trainings that were stored."""
+"""The push's part of the paper: ablations, styles of training and readings of Algorithm 1, from stored trainings."""
 
 from __future__ import annotations
 
@@ -26,6 +26,12 @@ ALL_IN_ONE = "all-in-one"
 SETTINGS = tuple(
     dict.fromkeys([*(name for panel in PANELS.values() for name in panel.values()), *INDIVIDUAL.values(), ALL_IN_ONE])
 )
+OWN = "preset"
+"""The setting with a reading's own values of b, S and M, on all terrains."""
+TRIAL = 100
+"""Trainings with seeds from here on decide which readings are repeated, and count only where there are no others."""
+LETTER = "paper"
+"""The reading that is the paper's letter."""
 _TRAINING = {
     "setting": str, "base": str, "episodes": int, "seed": int, "peak_episode": int, "pushed": dict,
     "tests": [(int, int, float, float)],
@@ -34,43 +40,56 @@ _TRAINING = {
 
 @dataclass(frozen=True)
 class Trainings:
-    """Trainings of one preset and length, as `benchmarks/push_ablation.py` stores them.
+    """Trainings of one reading on one engine and of one length, as `benchmarks/push_ablation.py` stores them.
 
     Attributes:
-        base: The preset that was ablated.
+        base: The reading of Algorithm 1.
+        engine: The rigid-body engine; of rows that name none Bullet.
         episodes: Training episodes of each, exploration not counted.
         rows: One mapping a training.
     """
 
     base: str
+    engine: str
     episodes: int
     rows: tuple[dict[str, Any], ...]
 
     @classmethod
-    def read(cls, path: Path) -> tuple[Trainings | None, list[str]]:
-        """Those of a file that belong to its longest trainings, of these to the preset with the most; None of none.
+    def read(cls, path: Path) -> tuple[list[Trainings], list[str]]:
+        """The longest trainings of a file, those of the paper's letter first, then by how many there are.
 
         Returns:
-            The trainings, and what is wrong with the lines that are damaged: nothing, or one text.
+            The trainings by reading and engine, and what is wrong with damaged lines: nothing, or one text.
 
         Raises:
             ColonysimError: The file cannot be read, or is none of these.
         """
         rows, gaps = stored_lines(
-            path, _TRAINING, ("setting", "base", "episodes", "seed"),
+            path, _TRAINING, ("setting", "base", "engine", "episodes", "seed"),
             "trainings as benchmarks/push_ablation.py stores them",
         )  # fmt: skip
-        groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
+        longest = max((row["episodes"] for row in rows), default=0)
+        groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
         for row in rows:
-            groups.setdefault((row["episodes"], row["base"]), []).append(row)
-        if not groups:
-            return None, gaps
-        episodes, base = max(groups, key=lambda key: (key[0], len(groups[key])))
-        return cls(base, episodes, tuple(groups[episodes, base])), gaps
+            if row["episodes"] == longest:
+                groups.setdefault((row["base"], row.get("engine", "bullet")), []).append(row)
+        found = [cls(base, engine, longest, tuple(group)) for (base, engine), group in groups.items()]
+        return sorted(found, key=lambda trained: (trained.base != LETTER, -len(trained.rows), trained.label)), gaps
+
+    @property
+    def label(self) -> str:
+        """Reading and engine, in words."""
+        return f"`{self.base}`, {self.engine}"
+
+    @property
+    def repeated(self) -> bool:
+        """Whether some setting was trained with several seeds, so that there are intervals."""
+        return any(len(self.of(setting)) > 1 for setting in SETTINGS)
 
     def of(self, setting: str) -> dict[int, dict[str, Any]]:
-        """The trainings of a setting by seed."""
-        return {row["seed"]: row for row in self.rows if row["setting"] == setting}
+        """The trainings of a setting by seed: those of seeds below `TRIAL`, or, if there are none, the trial ones."""
+        found = {row["seed"]: row for row in self.rows if row["setting"] == setting}
+        return {seed: row for seed, row in found.items() if seed < TRIAL} or found
 
     def rewards(self, setting: str, part: str) -> dict[int, float]:
         """Mean reward of the tests of each seed: of their first third ("start"), the last ("end"), or "all"."""
@@ -83,10 +102,15 @@ class Trainings:
                 found[seed] = fmean(chosen)
         return found
 
-    def pushed(self, setting: str, terrain: str, measure: str) -> dict[int, float]:
-        """Success or mean reward of the pushes after each training, on a terrain."""
-        column = 0 if measure == "success" else 1
-        return {s: row["pushed"][terrain][column] for s, row in self.of(setting).items() if terrain in row["pushed"]}
+    def pushed(self, setting: str, terrain: str, measure: str, *, last: bool = False) -> dict[int, float]:
+        """Success or mean reward of the pushes after each training on a terrain, with its best or its last network."""
+        column, network = 0 if measure == "success" else 1, "pushed_last" if last else "pushed"
+        found = {seed: row.get(network, {}) for seed, row in self.of(setting).items()}
+        return {seed: pushed[terrain][column] for seed, pushed in found.items() if terrain in pushed}
+
+    def all_terrains(self) -> str:
+        """The setting that was trained on all terrains: the paper's All-in-One, else the reading's own."""
+        return ALL_IN_ONE if self.of(ALL_IN_ONE) or not self.of(OWN) else OWN
 
     def claimed(self, claim: PushClaim) -> tuple[list[float], list[float]]:
         """The two sides of a claim, for the seeds that both have."""

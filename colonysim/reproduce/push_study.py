@@ -3,75 +3,175 @@
 from __future__ import annotations
 
 from itertools import product
+from statistics import fmean
 from typing import TYPE_CHECKING
 
-from colonysim.reproduce.document import Block, Heading, Table, Text
+from colonysim.reproduce.context import Judged
+from colonysim.reproduce.document import Block, Heading, Picture, Table, Text
 from colonysim.reproduce.judging import WITHIN, Figure, Reported, direction, level
-from colonysim.reproduce.push import ALL_IN_ONE, INDIVIDUAL, PANELS, SETTINGS
+from colonysim.reproduce.push import ALL_IN_ONE, INDIVIDUAL, LETTER, PANELS, SETTINGS, TRIAL
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from typing import Any
+
     from colonysim.reproduce.context import Context
     from colonysim.reproduce.judging import Expected
     from colonysim.reproduce.push import Trainings
 
 __all__ = ["push_part"]
 
+_CURVES = 4
+"""Most curves of a panel."""
+
 
 def push_part(context: Context) -> list[Block]:
-    """The ablations of the push's training, and one network against three."""
-    trainings = context.trainings
-    if trainings is None:
+    """The readings of Algorithm 1; for each that was repeated the ablations, and one network against three."""
+    trained = context.trainings
+    if not trained:
         context.gaps.append("push: no stored trainings; `benchmarks/push_ablation.py run` makes them.")
         return [Text("There are no stored trainings.")]
-    counts = {setting: len(trainings.of(setting)) for setting in SETTINGS}
-    few = [f"`{setting}` ({count})" for setting, count in counts.items() if count < 3]
     blocks: list[Block] = [
         Text(
-            f"Stored trainings of the preset `{trainings.base}`, {trainings.episodes} training episodes each. Rewards "
-            "are those of the tests between the blocks of training; `benchmarks/push_ablation.py run` adds trainings."
-        )
+            f"Stored trainings of {trained[0].episodes} training episodes each, those of the first S actions not "
+            "counted. `benchmarks/push_ablation.py run` adds trainings. A reading is a configuration of Algorithm "
+            f"1; `{LETTER}` is its letter, `improved` is what ships, and `READINGS` in "
+            "`colonysim/push/training/presets.py` says what the others change."
+        ),
+        *_readings(context, trained),
     ]
+    repeated = [one for one in trained if one.repeated]
+    for one in repeated or trained[:1]:
+        blocks += [Heading(3, f"Claims, with the reading {one.label}"), *_claims(context, one)]
+    return blocks
+
+
+def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
+    """Each reading on all terrains: its curve, when it was best, and how well its best and its last network push."""
+    paper = context.paper.push_style
+    theirs = [f"{paper.all_in_one.success[terrain][0]:g}" for terrain in INDIVIDUAL]
+    counts = ["1", str(paper.pushes), str(paper.all_in_one.training)]
+    rows = [["the paper, All-in-One", "V-REP", *counts, "-", *theirs, "-", "-", "-", ""]]
+    curves: dict[str, list[Any]] = {}
+    for one in trained:
+        setting = one.all_terrains()
+        there = one.of(setting)
+        if not there:
+            continue
+        curves[f"{one.base}, {one.engine}"] = [row["tests"] for row in there.values()]
+        peak = f"{fmean(row['peak_episode'] for row in there.values()):.0f}"
+        best, last = ([_success(one, setting, terrain, last) for terrain in INDIVIDUAL] for last in (False, True))
+        words = []
+        for terrain, figure in zip(INDIVIDUAL, best, strict=True):
+            mean, sd = paper.all_in_one.success[terrain]
+            words.append(level(figure, Reported(mean, sd, paper.pushes), "success").word)
+        shown = [figure.shown(2) if figure else "-" for figure in (*best, *last)]
+        said = ", ".join(words) if len(there) > 1 else "one seed"
+        pushes = "/".join(str(count) for count in sorted({row.get("pushes", 0) for row in there.values()}))
+        losses = [max(row["losses"]) for row in there.values() if row.get("losses")]
+        largest = f"{max(losses):,.1f}" if losses else "-"
+        rows.append([f"`{one.base}`", one.engine, str(len(there)), pushes, peak, largest, *shown, said])
+    columns = ["reading", "engine", "seeds", "pushes a terrain", "training episodes at the peak", "largest loss",
+               "best network: flat", "slope", "hole", "last network: flat", "slope", "hole",
+               "the best beside the paper's: flat, slope, hole"]  # fmt: skip
+    blocks: list[Block] = [
+        Text(
+            "Readings on all terrains at once (All-in-One): mean success over the training seeds, with its 95 % "
+            "interval where there are several. Best is the network with the most success in its last 60 test "
+            f"episodes. Trainings with seeds from {TRIAL} on are trials by which it was decided what to repeat; they "
+            "count only where a reading has no others. The largest loss is that of a block of 20 episodes, the mean "
+            "of its updates: a return is seldom above 15, so that a loss far above 100 means that the values have "
+            "diverged."
+        ),
+        Table(columns, rows),
+    ]
+    if curves:
+        from colonysim.plots import save
+        from colonysim.plots.learning import ablation_figure
+
+        names = list(curves)
+        panels = {
+            f"readings {first + 1}-{min(first + _CURVES, len(names))}": {
+                n: curves[n] for n in names[first : first + _CURVES]
+            }
+            for first in range(0, len(names), _CURVES)
+        }
+        save(
+            ablation_figure(panels, "readings of Algorithm 1", "success"),
+            context.pages / "push-readings.png",
+            "png",
+            80,
+        )
+        blocks.append(
+            Picture("push-readings.png", "Success of the tests by training episodes, mean of eight tests of 20")
+        )
+    return blocks
+
+
+def _success(trained: Trainings, setting: str, terrain: str, last: bool) -> Figure | None:
+    return Figure.of(list(trained.pushed(setting, terrain, "success", last=last).values()), WITHIN["success"])
+
+
+def _claims(context: Context, trained: Trainings) -> list[Block]:
+    counts = {setting: len(trained.of(setting)) for setting in SETTINGS}
+    few = [f"`{setting}` ({count})" for setting, count in counts.items() if count < 3]
+    blocks: list[Block] = []
     if few:
         gap = f"fewer than three trainings of {', '.join(few)}; with one there is no interval, hence no verdict."
-        context.gaps.append(f"push: {gap}")
+        context.gaps.append(f"push, {trained.label}: {gap}")
         blocks.append(Text(f"**Missing:** {gap}"))
     panels = {
-        title: {label: [row["tests"] for row in trainings.of(name).values()] for label, name in curves.items()}
+        title: {label: [row["tests"] for row in trained.of(name).values()] for label, name in curves.items()}
         for title, curves in PANELS.items()
     }
     if any(seeds for curves in panels.values() for seeds in curves.values()):
         from colonysim.plots import save
         from colonysim.plots.learning import ablation_figure
 
-        save(ablation_figure(panels, f"preset {trainings.base}"), context.images / "push-ablation.png", "png", 80)
-        blocks += context.picture("push-ablation")
+        name = f"push-ablation-{trained.base}-{trained.engine}".replace(" ", "-").replace(",", "")
+        save(
+            ablation_figure(panels, f"{trained.base}, {trained.engine}, holes"),
+            context.pages / f"{name}.png",
+            "png",
+            80,
+        )
+        caption = context.paper.figures["push-ablation"]
+        blocks += [
+            Picture(f"{name}.png", "Reward of the tests by training episodes, mean of eight tests of 20"),
+            Text(f"*The paper, `{caption.place}`:* {caption.says}"),
+        ]
     rows = []
     for claim in context.paper.push_claims:
-        one, other = trainings.claimed(claim)
-        rows.append(_compared(context, claim.says, one, other, claim.expected, "reward"))
+        one, other = trained.claimed(claim)
+        rows.append(_compared(context, trained, claim.says, one, other, claim.expected, "reward"))
     columns = ["the paper claims", "first", "second", "difference [95 %]", "trainings", "verdict"]
-    blocks += [Table(columns, rows), Heading(3, "One network or three"), _styles(context, trainings)]
+    blocks += [Table(columns, rows), Text("One network for all terrains, or one for each:"), _styles(context, trained)]
     rows = []
     for style in context.paper.style_claims:
-        one, other = trainings.styles(style)
+        one, other = trained.styles(style)
         says = f"{style.says} ({style.measure})"
-        rows.append(_compared(context, says, one, other, style.expected, style.measure))
-    one, other = trainings.spent()
+        rows.append(_compared(context, trained, says, one, other, style.expected, style.measure))
+    one, other = trained.spent()
     says = "All-in-one needs fewer training episodes than the three individuals together."
-    rows.append(_compared(context, says, one, other, "less", "episodes"))
+    rows.append(_compared(context, trained, says, one, other, "less", "episodes"))
     return [*blocks, Table(columns, rows)]
 
 
-def _styles(context: Context, trainings: Trainings) -> Block:
+def _settings(trained: Trainings) -> Mapping[str, Any]:
+    return {"base": trained.base, "engine": trained.engine}
+
+
+def _styles(context: Context, trained: Trainings) -> Block:
     paper = context.paper.push_style
     rows = []
     for style, theirs in (("individual", paper.individual), ("all-in-one", paper.all_in_one)):
         for measure, terrain in product(("reward", "success"), INDIVIDUAL):
             mean, sd = getattr(theirs, measure)[terrain]
             setting = INDIVIDUAL[terrain] if style == "individual" else ALL_IN_ONE
-            ours = Figure.of(list(trainings.pushed(setting, terrain, measure).values()), WITHIN.get(measure))
+            ours = Figure.of(list(trained.pushed(setting, terrain, measure).values()), WITHIN.get(measure))
             verdict = level(ours, Reported(mean, sd, paper.pushes), measure)
-            word = context.judge("push", f"{measure} on {terrain}, {style} (`{paper.place}`)", "trainings", verdict)
+            about = f"{measure} on {terrain}, {style} (`{paper.place}`)"
+            word = context.judge(Judged("push", about, trained.label, verdict, _settings(trained)))
             shown, count = (ours.shown(2), ours.count) if ours else ("-", 0)
             rows.append([style, terrain, measure, f"{mean:g} ± {sd:g}", shown, str(count), word])
     columns = ["style", "terrain", "measure", f"the paper, {paper.pushes} pushes", "ours", "trainings", "verdict"]
@@ -79,11 +179,16 @@ def _styles(context: Context, trainings: Trainings) -> Block:
 
 
 def _compared(
-    context: Context, says: str, one: list[float], other: list[float], expected: Expected, measure: str
+    context: Context,
+    trained: Trainings,
+    says: str,
+    one: list[float],
+    other: list[float],
+    expected: Expected,
+    measure: str,
 ) -> list[str]:
     verdict = direction(one, other, expected, WITHIN.get(measure))
-    word = context.judge("push", says, "trainings", verdict)
+    judged = Judged("push", says, trained.label, verdict, _settings(trained))
     figures = [Figure.of(values, WITHIN.get(measure)) for values in (one, other)]
     sides = [figure.shown(2) if figure else "-" for figure in figures]
-    difference = verdict.difference.shown(2, sign=True) if verdict.difference else "-"
-    return [says, *sides, difference, str(len(one)), word]
+    return [says, *sides, judged.difference, str(len(one)), context.judge(judged)]

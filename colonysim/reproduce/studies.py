@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from colonysim.intervals import wilson
 from colonysim.physics import ENGINES
+from colonysim.push.executors import EXECUTORS
+from colonysim.reproduce.context import Judged
 from colonysim.reproduce.document import Block, Picture, Table, Text
 from colonysim.reproduce.facts import FACTS
-from colonysim.reproduce.judging import WITHIN, Figure, Verdict, level, share
+from colonysim.reproduce.judging import WITHIN, Figure, level, share
 from colonysim.reproduce.plans import ABLATED, MAPS, PRESETS
 from colonysim.reproduce.recorded import DRAWINGS, RUNS, drawn, recorded
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from colonysim.reproduce.context import Context
-    from colonysim.reproduce.evidence import Evidence, Measured
+    from colonysim.reproduce.evidence import Evidence
 
 __all__ = ["ablation_part", "asynchrony_part", "drawings_part", "nodeworld_part", "physics_part"]
 
@@ -34,8 +37,23 @@ def _label(name: str, variant: str | None) -> str:
     return f"{name} {variant}" if variant else name
 
 
+@dataclass(frozen=True)
+class Group:
+    """Runs that are set beside the paper's rows.
+
+    Attributes:
+        label: What they are, in a word or two.
+        settings: What they have in common, the backend among it.
+        cells: What they are, in the table's first columns.
+    """
+
+    label: str
+    settings: Mapping[str, Any]
+    cells: tuple[str, ...]
+
+
 def _performance(
-    context: Context, study: str, kind: str, groups: Sequence[tuple[str, dict[str, Any]]], late: tuple[int, int]
+    context: Context, study: str, kind: str, columns: Sequence[str], groups: Sequence[Group], late: tuple[int, int]
 ) -> Block:
     """The paper's rows beside ours, each judged in steps and success.
 
@@ -43,91 +61,108 @@ def _performance(
         context: The reproduction.
         study: Its name.
         kind: Under which name the paper's reasons stand: "nodeworld" or "physics".
-        groups: Label and settings, the backend among them, of what is set beside the paper.
+        columns: What the cells of a group are called.
+        groups: What is set beside the paper.
         late: First and last episode after the pheromones have settled.
     """
     rows = []
-    for row, (label, more) in product(context.paper.performance, groups):
-        where = {"scenario": row.map, "variant": row.variant, "mode": "asynchronous", **more}
+    for row, group in product(context.paper.performance, groups):
+        where = {"scenario": row.map, "variant": row.variant, "mode": "asynchronous", **group.settings}
         found = context.evidence.matching(where)
         if not found.trials:
-            context.gaps.append(f"{study}: no run of {row.label} with {label}.")
+            context.gaps.append(f"{study}: no run of {row.label} with {group.label}.")
             continue
         cells, words = [], []
         for measure in ("steps", "success"):
             reported = row.reported(measure)
             ours = Figure.of(list(found.by_seed(measure).values()), WITHIN.get(measure))
             verdict = level(ours, reported, measure)
-            digits = DIGITS[measure]
-            word = context.judge(study, f"{measure} on {row.label} (`{row.place}`)", label, verdict, digits)
-            reason = context.paper.reasons[kind][measure].get(verdict.side or "", "")
-            words.append(f"{word} ({verdict.side}): {reason}" if reason else word)
+            reasons = context.paper.reasons[kind][str(group.settings["policy"])][measure]
+            why, digits = reasons.get(verdict.side or "", ""), DIGITS[measure]
+            about = f"{measure} on {row.label} (`{row.place}`)"
+            cell = context.judge(Judged(study, about, group.label, verdict, group.settings, digits, why))
+            words.append(cell.replace(verdict.word, f"{verdict.word} ({verdict.side})", 1) if verdict.side else cell)
             cells += [f"{reported.mean:g} ± {reported.sd:g}", ours.shown(digits) if ours else "-"]
-        played = [e for trial in found.trials for e in trial.episodes if late[0] <= e["episode"] <= late[1]]
+        # A trial that two studies have asked for is there twice.
+        by_seed = {trial.seed: trial for trial in found.trials}
+        every = [episode for trial in by_seed.values() for episode in trial.episodes]
+        played = [episode for episode in every if late[0] <= episode["episode"] <= late[1]]
         there = sum(episode["success"] == 1.0 for episode in played)
         low, high = wilson(there, len(played))
         all_there = f"{there} of {len(played)} [{low:.3f}, {high:.3f}]" if played else "-"
-        rows.append([
-            row.label, label, str(len(found.trials)), *cells, _cell(found, "steps", late), all_there, *words,
-        ])  # fmt: skip
-    span = f"{late[0]}-{late[1]}"
-    return Table(
-        ["map", "rules", "seeds", "steps: the paper", "ours", "success: the paper", "ours", f"steps, episodes {span}",
-         f"episodes {span} with all agents there [Wilson 95 %]", "steps", "success"],
-        rows,
-    )  # fmt: skip
+        late_steps = _cell(found, "steps", late)
+        rows.append(
+            [row.label, *group.cells, str(len(by_seed)), str(len(every)), *cells, late_steps, all_there, *words]
+        )
+    span = f"episodes {late[0]}-{late[1]}"
+    names = ["map", *columns, "seeds", "episodes", "steps: the paper", "ours", "success: the paper", "ours",
+             f"steps, {span}", f"{span} with all agents there [Wilson 95 %]", "steps", "success"]  # fmt: skip
+    return Table(names, rows)
 
 
 def nodeworld_part(context: Context) -> list[Block]:
-    """The performance tables without physics, under both presets."""
-    study, size = "performance-nodeworld", context.size
-    groups = [(label, {**more, "backend": "nodeworld"}) for label, more in _BOTH]
+    """The performance tables, on the node world."""
+    study = "performance-nodeworld"
+    late = context.size.late()
+    groups = [Group(label, {**settings, "backend": "nodeworld"}, (label,)) for label, settings in _BOTH]
     return [
         Text(
-            f"Node world, agents in their own time, {size.episodes} episodes a run, seeds {_seeds(context)}. All "
-            "episodes count against the paper's figures, which are those of its physics; of which episodes, and "
+            f"Node world, agents in their own time, {context.size.episodes} episodes a run, seeds {_seeds(context)}. "
+            "All episodes count against the paper's figures, which are those of its physics; of which episodes, and "
             "of how many, it does not say. What is to be had once the pheromones have settled stands beside them."
         ),
-        _performance(context, study, "nodeworld", groups, size.late()),
-        *context.claims(study, _BOTH, size.late()),
+        _performance(context, study, "nodeworld", ["rules"], groups, late),
+        *context.claims(study, [(group.label, group.settings) for group in groups], late),
     ]
+
+
+_DRIVEN = ("policy", "backend.push", "backend.feasibility", "backend")
+"""What tells runs in physics apart: rules, executor, estimate, engine."""
+_PAPERS = ("paper", "rl", "forest")
+"""Rules, executor and estimate of the paper's own system."""
 
 
 def physics_part(context: Context) -> list[Block]:
-    """The performance tables with rigid bodies, on one engine or on several."""
+    """The performance tables with rigid bodies."""
     study = "performance-physics"
-    found = {engine: context.evidence.matching({"backend": engine}).trials for engine in ENGINES}
-    blocks: list[Block] = [
-        block for engine, trials in found.items() if trials for block in _driven(context, study, engine, trials)
-    ]
-    if not blocks:
+    driven = [trial for trial in context.evidence.trials if trial.settings["backend"] in ENGINES]
+    trials = [trial for trial in driven if not trial.parameters]
+    if not trials:
         context.gaps.append(f"{study}: no run has succeeded.")
         return [Text("No run has succeeded.")]
-    return blocks
-
-
-def _driven(context: Context, study: str, engine: str, trials: Sequence[Measured]) -> list[Block]:
-    """What was found on one engine."""
-    pushes = sorted({str(trial.settings["backend.push"]) for trial in trials})
+    kinds = {tuple(str(trial.settings[name]) for name in _DRIVEN) for trial in trials}
     groups = [
-        (f"`colony`, `{push}`, {engine}", {"policy": "colony", "backend": engine, "backend.push": push})
-        for push in pushes
+        Group(_driven(kind), dict(zip(_DRIVEN, kind, strict=True)), tuple(f"`{word}`" for word in kind))
+        for kind in sorted(kinds, key=lambda kind: (PRESETS.index(kind[0]), EXECUTORS.index(kind[1]), kind[2:]))
     ]
-    seeds = sorted({trial.seed for trial in trials})
-    stored = context.stored_in.get(engine)
-    source = f"stored in `{stored}`" if stored else "run here"
+    if all(kind[:3] != _PAPERS for kind in kinds):
+        context.gaps.append(f"{study}: no run of the paper's own system, {', '.join(f'`{word}`' for word in _PAPERS)}.")
     # Stored runs may be longer than those that would be run here.
     length = max(len(trial.episodes) for trial in trials)
     late = length // 2 + 1, length
-    claimed = [group for group in groups if "staged" in group[0]]
+    sources = [
+        f"Runs on `{engine}`: seeds {_row(seeds)}, "
+        + (f"stored in `{context.stored_in[engine]}`." if engine in context.stored_in else "run here.")
+        for engine in ENGINES
+        if (seeds := sorted({trial.seed for trial in trials if trial.settings["backend"] == engine}))
+    ]
+    claimed = [(group.label, group.settings) for group in groups if group.settings["backend.push"] != "scripted"]
     return [
         Text(
-            f"Rigid bodies on the engine `{engine}`, rules of `colony`, seeds {_row(seeds)}, {length} episodes a run, "
-            f"{source}. `staged`, `rl` and `scripted` say who pushes."
+            f"Rigid bodies, {length} episodes a run. *Rules* says how agents choose, *push* who moves a box: `rl`, the "
+            "learned network from wherever it expects to succeed, as in the paper; `staged`, the same network after a "
+            "scripted approach; `scripted`, no learning. *Estimate* says what foresees whether a push will succeed: "
+            "`forest` is the paper's classifier. The paper's own system is `paper`, `rl`, `forest`."
         ),
-        _performance(context, study, "physics", groups, late),
+        Text("\n".join(f"- {source}" for source in sources)),
+        _performance(context, study, "physics", ["rules", "push", "estimate", "engine"], groups, late),
         *context.claims(study, claimed, late),
     ]
+
+
+def _driven(kind: tuple[str, ...]) -> str:
+    policy, push, estimate, engine = kind
+    return f"`{policy}`, `{push}`, `{estimate}`, {engine}"
 
 
 def ablation_part(context: Context, name: str) -> list[Block]:
@@ -179,17 +214,17 @@ def _curves(context: Context, name: str, panels: dict[str, Any], title: str) -> 
     from colonysim.plots import save
     from colonysim.plots.curves import curves_figure
 
-    path = context.images / f"{name}.png"
+    path = context.pages / f"{name}.png"
     save(curves_figure(panels, title, "steps, mean of 10 episodes"), path, "png", 80)
     shows = f"Steps by episode, {title}: moving average of 10 episodes, mean over seeds with its 95 % interval"
-    return [Picture(f"{path.parent.name}/{path.name}", shows)]
+    return [Picture(path.name, shows)]
 
 
 def drawings_part(context: Context, study: str, names: Sequence[str]) -> list[Block]:
     """Pheromones and trajectories beside the paper's captions, and what the paper says happens, asked of many runs."""
     blocks: list[Block] = []
     for name in names:
-        drawn(name, context.size, context.runs, context.images)
+        drawn(name, context.size, context.runs, context.pages)
         what = RUNS[DRAWINGS[name].run].on(context.size.engine)
         acting = "in their own time" if what.mode == "asynchronous" else "all at once"
         place = f"{_label(what.scenario, what.variant)}, `{what.policy}`, {what.backend}"
@@ -201,10 +236,9 @@ def drawings_part(context: Context, study: str, names: Sequence[str]) -> list[Bl
         for preset in PRESETS:
             what = RUNS[fact.run].under(preset)
             there = sum(fact.holds(recorded(what, context.size, context.runs, seed)) for seed in seeds)
+            judged = Judged(study, fact.says, f"`{preset}`", share(there, len(seeds)), {"policy": preset})
             low, high = wilson(there, len(seeds))
-            verdict = Verdict(share(low, high), Figure(there / len(seeds), low, high, len(seeds)))
-            word = context.judge(study, fact.says, f"`{preset}`", verdict)
-            counted = f"{there} of {len(seeds)} [{low:.2f}, {high:.2f}]"
+            counted, word = f"{there} of {len(seeds)} [{low:.2f}, {high:.2f}]", context.judge(judged)
             rows.append([f"{fact.says} (`{fact.place}`)", fact.asked, f"`{preset}`", counted, word])
     columns = ["the paper says", "asked", "rules", "runs in which it is so [Wilson 95 %]", "verdict"]
     return [*blocks, Table(columns, rows)] if rows else blocks

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from colonysim.push.cards import ModelError
+from colonysim.push.cards import ModelError, load_arrays
 from colonysim.push.network import load_network
-from colonysim.push.training.presets import PRESETS, LearnerConfig, StartMix
+from colonysim.push.training.presets import PRESETS, READINGS, Ends, LearnerConfig, StartMix
 from colonysim.push.training.replay import NStep, Replay
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.trainer import Progress, train_push
@@ -127,6 +127,43 @@ def test_the_paper_s_parameters() -> None:
     assert (paper.train_block, paper.test_block, paper.testing) == (20, 20, "boltzmann")
     assert dict(paper.kinds) == {"flat": 0.3, "slope": 0.2, "hole": 0.5}
     assert (paper.rules.ticks, paper.rules.check_every, paper.rules.success_bonus) == (50, 50, 0.0)
+
+
+def test_readings_keep_what_the_paper_prints() -> None:
+    for name, reading in READINGS.items():
+        if name == "improved":
+            continue
+        table = ("inputs", "hidden", "gamma", "buffer", "batch", "explore", "beta", "episodes", "train_block", "kinds")
+        assert all(getattr(reading, what) == getattr(PRESETS["paper"], what) for what in table), name
+        assert (reading.learner.learning_rate, reading.learner.target_every) == (3e-4, 300), name
+        assert reading.demonstrations == 0.0, name
+    assert len(set(READINGS.values())) == len(READINGS)
+
+
+@pytest.mark.parametrize("ends", ["verdict", "limit", "none"])
+def test_after_which_actions_nothing_is_expected(ends: Ends, tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    seen: list[Progress] = []
+    config = dataclasses.replace(TINY, ends=ends, steps=1, actions=260, buffer=400)
+    train_push(config, tmp_path, 3, on_progress=seen.append)
+    path = tmp_path / "checkpoint.npz"
+    alone = int((load_arrays(path.read_bytes(), str(path), most=10**8)["replay_discounts"] == 0.0).sum())
+    assert seen[-1].actions <= 400, "the replay holds every action"
+    if ends == "none":
+        assert alone == 0
+    elif ends == "limit":
+        assert alone == seen[-1].episodes
+    else:
+        assert 0 <= alone <= seen[-1].episodes
+
+
+def test_the_last_network_is_kept_beside_the_best(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    trained = train_push(TINY, tmp_path, 3)
+    assert trained is not None and trained.last == tmp_path / "push-last.json"
+    path = tmp_path / "checkpoint.npz"
+    kept = load_arrays(path.read_bytes(), str(path), most=10**8)
+    assert np.array_equal(load_network(trained.last).arrays()["w0"], kept["average_0"])
 
 
 def test_an_interrupted_training_ends_as_if_it_had_never_stopped(tmp_path: Path) -> None:

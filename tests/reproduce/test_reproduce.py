@@ -19,14 +19,17 @@ from typer.testing import CliRunner
 from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.reproduce import STUDIES, reproduce
-from colonysim.reproduce.document import Heading, Picture, Table, Text, as_html, as_markdown
+from colonysim.reproduce.context import Judged
+from colonysim.reproduce.document import Heading, Page, Picture, Table, Text, as_html, as_markdown
 from colonysim.reproduce.evidence import Evidence, found_by, stored_in_physics
 from colonysim.reproduce.facts import FACTS
-from colonysim.reproduce.judging import Figure, Reported, direction, level
+from colonysim.reproduce.judging import Figure, Reported, direction, level, share
+from colonysim.reproduce.pages import PAGES
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.plans import ABLATED, FULL, QUICK, asked, joined
 from colonysim.reproduce.push import SETTINGS, Trainings
 from colonysim.reproduce.recorded import DRAWINGS, RUNS
+from colonysim.reproduce.summary import summary
 
 TINY = replace(QUICK, seeds=2, first_seed=10, episodes=3, drawn=2)
 PAPER = the_paper()
@@ -83,6 +86,31 @@ def test_a_claim_is_tested_on_differences_of_the_same_seed(shift, noise, expecte
     assert direction(one[:1], other[:1], expected).word == "undecided"
 
 
+def test_an_undecided_verdict_says_how_many_seeds_would_decide_it():
+    reported = Reported(20.0, 10.0, 400)
+    few = [24.0, 12.0, 30.0, 14.0]
+    undecided = level(Figure.of(few), reported, "steps")
+    assert undecided.word == "undecided" and undecided.takes is not None and undecided.takes > 4
+    assert undecided.wanting == f"about {undecided.takes} seeds would do, there are 4"
+    assert level(Figure.of(few * 20), reported, "steps").word != "undecided"
+    hopeless = level(Figure.of(few), Reported(20.0, 100.0, 40), "steps")
+    assert hopeless.word == "undecided" and hopeless.takes is None and "paper's own interval" in hopeless.wanting
+    assert level(Figure.of([20.0]), reported, "steps").wanting == "two seeds at least, for an interval"
+    noisy = [20.0 + 3.0 * (-1) ** seed for seed in range(8)]
+    claim = direction([value + 1.0 for value in reversed(noisy)], noisy, "more")
+    assert claim.word == "undecided" and claim.takes is not None and claim.takes > 8
+    assert direction(few, few, "more").wanting == "", "what is decided takes nothing"
+
+
+def test_a_share_of_runs_is_decided_by_its_interval():
+    assert [share(there, 20).word for there in (18, 11, 2)] == ["agrees", "undecided", "disagrees"]
+    close = share(11, 20)
+    assert close.takes is not None
+    parts = -(-close.takes // 20)
+    assert share(11 * parts, 20 * parts).word == "agrees" and share(11 * (parts - 2), 20 * (parts - 2)).word != "agrees"
+    assert share(10, 20).takes is None
+
+
 def test_equal_values_are_no_difference():
     assert direction([1.0] * 9, [1.0] * 9, "more").word == "disagrees"
     assert direction([1.0] * 9, [1.0] * 9, "same").word == "agrees"
@@ -137,7 +165,7 @@ def test_a_trial_that_two_studies_ask_for_is_run_once_and_found_by_both():
 
 def test_the_report_holds_every_claim_of_its_studies_with_a_verdict(made):
     out, names, result = made
-    text = result.markdown.read_text()
+    text = "\n".join(page.read_text() for page in sorted((out / "reproduction").glob("*.md")))
     claims = [claim for claim in PAPER.claims if claim.study in names]
     for claim in claims:
         lines = [line for line in text.splitlines() if line.startswith(f"| {claim.says} (")]
@@ -148,13 +176,53 @@ def test_the_report_holds_every_claim_of_its_studies_with_a_verdict(made):
     assert f"`colonysim reproduce {' '.join(names)} " in text, "the report names the command that made it"
     assert (out / "reproduction" / "ablation-sanity-paper.png").stat().st_size > 5000
     for image in re.findall(r"\]\((.*?\.png)\)", text):
-        assert (out / image).is_file()
+        assert (out / "reproduction" / image).is_file()
+
+
+def test_the_first_page_says_what_holds_and_leads_to_the_others(made):
+    out, _, result = made
+    text = result.markdown.read_text()
+    assert result.markdown == out / "reproduction" / "index.md"
+    counted = result.verdicts
+    holds = counted["agrees"] + counted["better"]
+    assert (
+        f": {holds} as the paper says or better, {counted['disagrees']} otherwise, {counted['undecided']} that" in text
+    )
+    links = re.findall(r"\]\(([a-z]+)\.md\)", text)
+    assert {"ablations", "pheromones", "push", "verdicts"} == set(links) and "performance" in PAGES
+    for name in links:
+        assert (out / "reproduction" / f"{name}.md").read_text().startswith("# ")
+    verdicts = (out / "reproduction" / "verdicts.md").read_text()
+    assert verdicts.count("\n| ") == 2 + sum(counted.values()), "a line each"
+
+
+def test_the_summary_is_made_from_verdicts_alone():
+    def judged(word, **settings):
+        verdict = SimpleNamespace(word=word, difference=Figure(3.25, 1.0, 5.0, 5), wanting="")
+        return Judged(
+            "performance-physics", "steps on easy (`x`)", "", verdict, settings, 1, "Because." * (word[0] == "d")
+        )
+
+    papers = {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"}
+    found = [judged("agrees", **papers), judged("better", **papers), judged("disagrees", **papers)]
+    context = SimpleNamespace(
+        judged=[*found, judged("undecided", policy="colony")], evidence=Evidence([]), paper=PAPER, trainings=()
+    )
+    [overall, lines] = summary(context)
+    assert "compared 4 figures" in overall.text and ": 2 as the paper says or better" in overall.text
+    own, colony = lines.text.split("\n")
+    assert "rigid bodies" in own and "of 3 comparisons, 1 agrees and 1 is better." in own
+    assert "1 does not: steps on easy (+3.2). Why, as far as we know: Because." in own
+    assert "`colony`" in colony and "none is decided" in colony and "Undecided: 1." in colony
 
 
 def test_the_page_needs_no_other_file(made):
     page = made[2].html.read_text()
-    assert page.count("<img") == len(re.findall(r"!\[", made[2].markdown.read_text())) >= 4
-    assert not re.findall(r'(?:src|href)="(?!data:)', page) and "<script" not in page
+    images = sum(text.read_text().count("![") for text in made[2].markdown.parent.glob("*.md"))
+    assert page.count("<img") == images >= 4
+    assert not re.findall(r'src="(?!data:)', page) and "<script" not in page
+    for target in re.findall(r'href="(.*?)"', page):
+        assert f'<section id="{target.removeprefix("#")}">' in page
     assert 'class="undecided"' in page
 
 
@@ -165,9 +233,10 @@ def test_nothing_is_run_twice_and_more_seeds_are_added(made):
     def watch(outcome, done, total):
         begun.extend([outcome.trial.identity] * (outcome.status == "running"))
 
-    before = (out / "reproduction.md").read_bytes()
+    pages = sorted((out / "reproduction").glob("*.md"))
+    before = [page.read_bytes() for page in pages]
     reproduce(out, names, size=TINY, workers=2, on_outcome=watch)
-    assert not begun and (out / "reproduction.md").read_bytes() == before
+    assert not begun and [page.read_bytes() for page in pages] == before
     reproduce(out, ["ablation-sanity"], size=replace(TINY, seeds=3), workers=2, on_outcome=watch)
     assert len(begun) == 30, "one more seed of 15 values under two presets"
 
@@ -181,7 +250,7 @@ def test_a_killed_reproduction_goes_on(made, tmp_path):
         time.sleep(0.01)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    assert not (tmp_path / "reproduction.md").exists()
+    assert not (tmp_path / "reproduction" / "index.md").exists()
     answer = CliRunner().invoke(app, ["reproduce", *words])
     assert answer.exit_code == 0 and "agrees" in answer.stdout, answer.output
     entries = [json.loads(line) for line in journal.read_text().splitlines()]
@@ -205,11 +274,13 @@ def stored_runs(file: Path, **more: str) -> Path:
 def test_stored_runs_in_physics_take_the_place_of_new_ones(tmp_path):
     file = stored_runs(tmp_path / "bullet.jsonl")
     made = reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
-    text = made.markdown.read_text()
+    text = (made.markdown.parent / "performance.md").read_text()
     for row in PAPER.performance:
         theirs = f"{row.steps[0]:g} ± {row.steps[1]:g}"
-        assert f"| {row.label} | `colony`, `staged`, bullet | 3 | {theirs} | 21.0 [18.5, 23.5]" in text
-    assert "seeds 7-9, 4 episodes a run, stored in `bullet.jsonl`" in text and not made.gaps
+        assert f"| {row.label} | `colony` | `staged` | `way` | `bullet` | 3 | 12 | {theirs} | 21.0 [18.5, 23.5]" in text
+    assert "4 episodes a run" in text and "Runs on `bullet`: seeds 7-9, stored in `bullet.jsonl`." in text
+    assert [gap.split(": ")[1] for gap in made.gaps] == ["no run of the paper's own system, `paper`, `rl`, `forest`."]
+    assert "| easy | 22.4 ± 16.1; 0.91 ± 0.16 | 21.0 [18.5, 23.5]; 1.00 [1.00, 1.00]; 3 |" in made.markdown.read_text()
     assert not (tmp_path / "out" / "trials").exists()
     file.write_text('{"setting": 1}\n')
     with pytest.raises(ColonysimError, match="not runs in physics"):
@@ -219,11 +290,11 @@ def test_stored_runs_in_physics_take_the_place_of_new_ones(tmp_path):
 def test_stored_runs_on_two_engines_stand_side_by_side_and_one_engine_has_one_file(tmp_path):
     files = [stored_runs(tmp_path / f"{name}.jsonl", engine=name) for name in ("bullet", "mujoco")]
     made = reproduce(tmp_path / "out", ["performance-physics"], physics=files)
-    text = made.markdown.read_text()
+    text = (made.markdown.parent / "performance.md").read_text()
     for name in ("bullet", "mujoco"):
-        assert f"on the engine `{name}`" in text and f"stored in `{name}.jsonl`" in text
-        assert f"| easy | `colony`, `staged`, {name} | 3 |" in text
-    assert "--physics bullet.jsonl --physics mujoco.jsonl`" in text and not made.gaps
+        assert f"Runs on `{name}`: seeds 7-9, stored in `{name}.jsonl`" in text
+        assert f"| easy | `colony` | `staged` | `way` | `{name}` | 3 |" in text
+    assert "--physics bullet.jsonl --physics mujoco.jsonl`" in made.markdown.read_text()
     with pytest.raises(ColonysimError, match=r"holds runs on mujoco, as mujoco\.jsonl does"):
         reproduce(tmp_path / "out", ["performance-physics"], physics=[*files, files[1]])
     mixed = tmp_path / "mixed.jsonl"
@@ -238,11 +309,30 @@ def test_what_an_engine_is_missing_for_is_a_gap(tmp_path, monkeypatch):
     assert made.gaps == ("trajectories-physics: mujoco is not here",)
 
 
-def stored_training(setting: str, seed: int, reward: float, pushed: dict[str, list[float]]) -> str:
+def test_runs_under_several_rules_executors_and_estimates_are_told_apart(tmp_path):
+    kinds = [("paper", "rl", "forest"), ("paper", "staged", "way"), ("colony", "rl", "forest")]
+    rows = [
+        stored_run(name, push, seed, policy=policy, feasibility=estimate)
+        for name in MAPS for seed in (7, 8) for policy, push, estimate in kinds
+    ]  # fmt: skip
+    file = tmp_path / "bullet.jsonl"
+    file.write_text("\n".join(rows))
+    made = reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
+    text = (made.markdown.parent / "performance.md").read_text()
+    for policy, push, estimate in kinds:
+        assert text.count(f"| `{policy}` | `{push}` | `{estimate}` | `bullet` | 2 | 8 |") == len(MAPS)
+    assert not made.gaps and "`paper`, `rl`, bullet" in made.markdown.read_text()
+    file.write_text(stored_run("easy", "pull", 7))
+    with pytest.raises(ColonysimError, match="no executor 'pull'"):
+        reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
+
+
+def stored_training(setting: str, seed: int, reward: float, pushed: dict[str, list[float]], base: str = "paper") -> str:
     tests = [[10 * n, 100 * n, 0.5, reward] for n in range(1, 7)]
     return json.dumps({
-        "setting": setting, "base": "paper", "episodes": 400, "seed": seed, "pushes": 200, "peak_episode": 300,
-        "actions": 9000, "tests": tests, "pushed": pushed,
+        "setting": setting, "base": base, "engine": "bullet", "episodes": 400, "seed": seed, "pushes": 200,
+        "peak_episode": 300, "actions": 9000, "tests": tests, "pushed": pushed, "pushed_last": pushed,
+        "losses": [0.5, 1234.5, 0.1],
     })  # fmt: skip
 
 
@@ -253,11 +343,35 @@ def test_stored_trainings_are_judged_and_what_is_missing_is_said(tmp_path):
     rows += [stored_training("all-in-one", 0, 5.0, {kind: [1.0, 5.0] for kind in ("flat", "slope", "hole")})]
     file.write_text("\n".join(rows))
     made = reproduce(tmp_path / "out", ["push"], trainings=file)
-    text = made.markdown.read_text()
+    text = (made.markdown.parent / "push.md").read_text()
     assert "| A batch of 64 generated weaker performance than one of 128. | 5.10 [4.85, 5.35] |" in text
     assert re.search(r"A batch of 64 .*\| 3 \| agrees \|", text)
-    assert re.search(r"A batch of 256 .*\| undecided \|", text)
+    assert re.search(r"A batch of 256 .*\| no runs \|", text)
+    assert "| `paper` | bullet | 1 | 200 | 300 | 1,234.5 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | 1.00 | one seed |" in text
     assert len(made.gaps) == 1 and "`target 600` (0)" in made.gaps[0] and "`all-in-one` (1)" in made.gaps[0]
+
+
+def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp_path):
+    file = tmp_path / "trainings.jsonl"
+    pushed = {kind: [1.0, 5.0] for kind in ("flat", "slope", "hole")}
+    rows = [stored_training("all-in-one", seed, 5.0, pushed, "standard target") for seed in range(3)]
+    rows += [stored_training("all-in-one", 100, -5.0, {"flat": [0.0, 0.0]}, "standard target")]
+    rows += [stored_training("all-in-one", 0, 5.0, pushed), stored_training("preset", 0, 5.0, pushed, "improved")]
+    file.write_text("\n".join(rows))
+    made = reproduce(tmp_path / "out", ["push"], trainings=file)
+    text = (made.markdown.parent / "push.md").read_text()
+    assert [line.split(" | ")[0] for line in text.splitlines() if " | bullet | " in line] == [
+        "| `paper`", "| `standard target`", "| `improved`",
+    ]  # fmt: skip
+    assert re.findall(r"### Claims, with the reading (.*)", text) == ["`standard target`, bullet"]
+    assert "| better, agrees, better |" in text
+    first = made.markdown.read_text()
+    assert "the paper reports 0.94, 1.00, 0.90 after 400 training episodes. Here after 400: `paper` on bullet" in first
+    assert (
+        "`standard target` on bullet 1.00, 1.00, 1.00 (3 seeds); `improved` on bullet 1.00, 1.00, 1.00 (1 seed)"
+        in first
+    )
+    assert (made.markdown.parent / "push-readings.png").stat().st_size > 5000
 
 
 def test_what_is_asked_for_wrongly_is_one_message(tmp_path):
@@ -276,11 +390,12 @@ def test_a_report_as_markdown_and_html(tmp_path):
     ]  # fmt: skip
     text = as_markdown(blocks)
     assert text.startswith("# Of <this>\n\n- `one`") and "| x&#124;y | disagrees" in text
-    page = as_html(blocks, tmp_path)
+    page = as_html([Page("first", [*blocks, Text("see [the other](second.md)")]), Page("second", [])], tmp_path)
+    assert '<section id="second">' in page and 'see <a href="#second">the other</a>' in page
     assert "<h1>Of &lt;this&gt;</h1>" in page and "<li><code>one</code> &amp; <em>two</em></li>" in page
     assert 'src="data:image/png;base64,aW1hZ2U="' in page and '<td class="disagrees">disagrees (above): so</td>' in page
     with pytest.raises(ColonysimError, match="cannot be read"):
-        as_html([Picture("b.png", "")], tmp_path)
+        as_html([Page("first", [Picture("b.png", "")])], tmp_path)
 
 
 def test_damaged_lines_of_stored_results_are_missing_and_the_others_count(tmp_path):
@@ -297,8 +412,8 @@ def test_damaged_lines_of_stored_results_are_missing_and_the_others_count(tmp_pa
     trainings = tmp_path / "trainings.jsonl"
     other = json.dumps({**row, "seed": 2, "tests": [[1, 2, "x", 0.0]]})
     trainings.write_text(f"{json.dumps(row)}\n{other}\nnonsense\n")
-    found, [told] = Trainings.read(trainings)
-    assert found is not None and len(found.rows) == 1 and "line 2: its 'tests'" in told and "line 3: " in told
+    [found], [told] = Trainings.read(trainings)
+    assert len(found.rows) == 1 and "line 2: its 'tests'" in told and "line 3: " in told
     trainings.write_text("nonsense\n")
     with pytest.raises(ColonysimError, match="not trainings as"):
         Trainings.read(trainings)

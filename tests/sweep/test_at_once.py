@@ -38,7 +38,7 @@ def test_exactly_one_of_two_has_the_directory_and_nothing_is_lost(tmp_path: Path
             run = colonysim.Run.open(out)
             assert run.status == "finished" and run.trace_sha256 == kept and run.verify()
         elif kind == "reproduction":
-            assert (out / "reproduction.md").exists()
+            assert (out / "reproduction" / "index.md").exists()
         else:
             assert [entry["status"] for entry in Store(out).entries.values()] == ["succeeded"]
         assert not list(out.rglob("*.tmp"))

@@ -1,6 +1,6 @@
 """Named training configurations: the paper's, and the one that chains."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from colonysim.physics import EngineName
@@ -9,9 +9,10 @@ from colonysim.push.judging import PAPER_RULES, Rules
 from colonysim.push.network import Inputs
 from colonysim.push.task import Kind
 
-__all__ = ["PRESETS", "LearnerConfig", "StartMix", "Target", "TrainingConfig"]
+__all__ = ["PRESETS", "READINGS", "Ends", "LearnerConfig", "StartMix", "Target", "TrainingConfig"]
 
 Target = Literal["standard", "printed"]
+Ends = Literal["verdict", "limit", "none"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,9 @@ class TrainingConfig:
         learner: Parameters of Double DQN.
         gamma: Discount of one action.
         steps: n of the n-step returns.
+        ends: After which actions nothing is expected any more, so that the target is the reward alone: `"verdict"`,
+            those that end in success or failure; `"limit"`, also the last one before the step limit; `"none"`: the
+            target always adds the value of the next state, as paper Alg. 1 prints it.
         buffer: Capacity of the replay.
         batch: Transitions of one update (b).
         explore: First actions, chosen without the network (S).
@@ -105,6 +109,7 @@ class TrainingConfig:
     learner: LearnerConfig = IMPROVED_LEARNER
     gamma: float = 0.991
     steps: int = 6
+    ends: Ends = "verdict"
     buffer: int = 150_000
     batch: int = 128
     explore: int = 6_000
@@ -172,3 +177,35 @@ PRESETS: dict[str, TrainingConfig] = {
     "improved": TrainingConfig(name="improved"),
 }
 """`paper` is the text verbatim (epsilon's values are not printed there); `improved` is what is shipped."""
+
+_PAPER = PRESETS["paper"]
+_STANDARD = replace(_PAPER, learner=replace(_PAPER.learner, target="standard"))
+_BEHIND = (StartMix("coarse", 1.0, guards=False),)
+_CLEAR = replace(
+    _STANDARD, rules=replace(PAPER_RULES, check_every=3, hold_heading=True, success_bonus=5.0, failure_penalty=2.0)
+)
+READINGS: dict[str, TrainingConfig] = {
+    **PRESETS,
+    "no ends": replace(_PAPER, ends="none"),
+    "clipped": replace(_PAPER, learner=replace(_PAPER.learner, loss="huber", gradient_clip=10.0)),
+    "standard target": _STANDARD,
+    "ends at the limit": replace(_STANDARD, ends="limit"),
+    "updates from the start": replace(_STANDARD, update_from=1),
+    "epsilon from 1": replace(_STANDARD, epsilon=1.0),
+    "held heading": replace(_STANDARD, rules=replace(PAPER_RULES, hold_heading=True)),
+    "tested within actions": replace(_STANDARD, rules=replace(PAPER_RULES, check_every=3)),
+    "reward of the outcome": replace(_STANDARD, rules=replace(PAPER_RULES, success_bonus=5.0, failure_penalty=2.0)),
+    "half actions": replace(_STANDARD, rules=replace(PAPER_RULES, ticks=25, check_every=25)),
+    "robot behind": replace(_STANDARD, starts=_BEHIND),
+    "clear": _CLEAR,
+    "clear, robot behind": replace(_CLEAR, starts=_BEHIND),
+}
+"""Readings of paper Alg. 1: the presets, and the paper's with something changed that its text leaves open.
+
+- `no ends` and `clipped` keep the printed target: as printed, with no end of an episode in it; with Huber's loss and
+  clipped gradients.
+- `standard target` has the two networks of the target the usual way round. Those from `ends at the limit` to
+  `robot behind` differ from it in one more point.
+- `clear` joins the standard target with a reward that knows the outcome, without the heading term where the direction
+  to the goal flips, and tests the outcome within actions.
+"""

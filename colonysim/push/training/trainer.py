@@ -24,9 +24,9 @@ from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays
 from colonysim.push.state import State
 from colonysim.push.task import Kind
 from colonysim.push.training.demonstrator import demonstrate
-from colonysim.push.training.episode import Episode
+from colonysim.push.training.episode import Episode, Step
 from colonysim.push.training.mirror import mirror_signs, mirrored
-from colonysim.push.training.presets import PRESETS, StartMix, TrainingConfig
+from colonysim.push.training.presets import PRESETS, Ends, StartMix, TrainingConfig
 from colonysim.push.training.replay import NStep, Replay
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, distribution, draw
@@ -70,12 +70,14 @@ class Trained:
     Attributes:
         network: The best network.
         card: Path of its card.
+        last: Path of the card of the network as it was at the end.
         peak_episode: Training episode after which it was best.
         history: Every test.
     """
 
     network: QNetwork
     card: Path
+    last: Path
     peak_episode: int
     history: tuple[Progress, ...]
 
@@ -98,7 +100,9 @@ def train_push(
     on_progress: Callable[[Progress], None] | None = None,
     stop_after_blocks: int | None = None,
 ) -> Trained | None:
-    """Train a push and write `<name>.npz` with its card, `history.json` and a checkpoint to `out_dir`.
+    """Train a push: write the best network and the last one with their cards, `history.json` and a checkpoint.
+
+    The best is `<name>.npz`, the network of the end `<name>-last.npz`.
 
     Args:
         config: A configuration, or the name of a preset.
@@ -127,7 +131,8 @@ def train_push(
         stop_after_blocks = whole("stop_after_blocks", stop_after_blocks, 0)
     seed = as_seed(seed)
     with alone(Path(out_dir), "is training there"):
-        check_place(Path(out_dir) / f"{name}.npz")
+        for written in (name, f"{name}-last"):
+            check_place(Path(out_dir) / f"{written}.npz")
         for file in ("checkpoint.npz", "history.json"):
             check_writable(Path(out_dir) / file, ModelError)
         run = _Run(config, Path(out_dir), seed)
@@ -264,7 +269,7 @@ class _Run:
             following = encode(config.inputs, step.state)
             steps.add(
                 encoded, int(step.control), step.reward, following,
-                terminal=step.verdict is not None, over=step.over,
+                terminal=_nothing_follows(step, config.ends), over=step.over,
             )  # fmt: skip
             encoded = following
             self.actions += 1
@@ -344,9 +349,16 @@ class _Run:
         return MOST_BYTES + self.replay.nbytes + (5 + self.config.candidates) * network
 
     def finish(self, name: str) -> Trained:
-        """Let the best candidates play off, write the winner."""
+        """Let the best candidates play off, write the winner and the network as it is now."""
         winner, scores, each = self._playoff()
+        last = self._write(f"{name}-last", self._candidate(), {})
+        card = self._write(name, winner, {"tuning": scores, "tuning_episodes_each": each})
         network = network_from_arrays(self.config.inputs, winner.arrays)
+        return Trained(network, card, last, winner.episode, tuple(self.history))
+
+    def _write(self, name: str, chosen: _Candidate, more: Mapping[str, Any]) -> Path:
+        """Write a network with its card; the card's path."""
+        network = network_from_arrays(self.config.inputs, chosen.arrays)
         card = {
             "about": "Q network of the push: the value of each of the eight controls in a state (paper Eq. 4)",
             "inputs": self.config.inputs,
@@ -356,22 +368,21 @@ class _Run:
                 "seed": self.seed,
                 "training_episodes": self.episodes,
                 "training_actions": self.actions,
-                "peak_episode": winner.episode,
+                "peak_episode": chosen.episode,
                 "engine": engine_version(self.config.engine),
                 "cpu_seconds": round(self.spent + time.process_time() - self._began),
                 "config": dataclasses.asdict(self.config),
             },
             "results": {
-                "test_success": winner.score,
-                "test_reward": winner.reward,
+                "test_success": chosen.score,
+                "test_reward": chosen.reward,
                 "test_episodes": self.config.test_block * self.config.score_blocks,
-                "tuning": scores,
-                "tuning_episodes_each": each,
+                **more,
             },
         }
         path = self.folder / f"{name}.npz"
         save_model(path, "q-network", network.arrays(), card)
-        return Trained(network, path.with_suffix(".json"), winner.episode, tuple(self.history))
+        return path.with_suffix(".json")
 
     def _playoff(self) -> tuple[_Candidate, dict[str, float], int]:
         """The best candidate, its success by start and terrain, and the episodes of each."""
@@ -418,6 +429,11 @@ def play(
 def _begin(kind: Kind, mix: StartMix, config: TrainingConfig, rng: np.random.Generator) -> Episode:
     rules = dataclasses.replace(config.rules, guards=config.rules.guards and mix.guards)
     return Episode(draw(kind, distribution(mix.name), rng), rules, engine=config.engine)
+
+
+def _nothing_follows(step: Step, ends: Ends) -> bool:
+    """Whether the target of an action is its reward alone."""
+    return ends != "none" and (step.verdict is not None or (ends == "limit" and step.over))
 
 
 def _weighted(weights: list[float], rng: np.random.Generator) -> int:
