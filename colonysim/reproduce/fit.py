@@ -174,7 +174,7 @@ def _driven(context: Context) -> list[Block]:
                     cells += [ours.shown(1 if measure == "steps" else 3) if ours else "-", verdict.word]
                 far = f"{distance(context.paper, point, point.seeds()):.2f}"
                 values = ", ".join(_values(point.parameters))
-                rows.append([values, engine, row.label, str(len(point.seeds())), *cells, far])
+                rows.append([values, engine, row.label, str(len(point.runs[row.label])), *cells, far])
     if not rows:
         return []
     columns = ["point", "engine", "map", "seeds", "steps", "", "success", "", "distance of all rows"]
