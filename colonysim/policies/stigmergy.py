@@ -139,7 +139,7 @@ class Stigmergy(Decider):
                 raise world.scenario.fault("policy.extra_fields", message)
             found[extra.name] = extra
         for name in s.weights:
-            if name in found and found[name].by_box:
+            if name in found and name not in _OWN_FIELDS and found[name].by_box:
                 message = f"the values of {name!r} belong to boxes: only values at nodes can be weighed"
                 raise world.scenario.fault(f"policy.weights.{name}", message)
             if name not in found or name in _OWN_FIELDS:

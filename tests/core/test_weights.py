@@ -65,9 +65,19 @@ def test_no_weight_is_a_weight_of_0():
 
 @pytest.mark.parametrize(
     ("weights", "words"),
-    [({"B": 1.0}, r"policy\.weights\.B: no extra field 'B'; there are: A"), ({"a": 1.0}, "did you mean 'A'"),
+    [({"E": 1.0}, r"policy\.weights\.E: no extra field 'E'; there are: A"), ({"a": 1.0}, "did you mean 'A'"),
      ({"A": "much"}, r"policy\.weights"), ({"A": float("nan")}, r"policy\.weights"), ([1.0], r"policy\.weights")],
 )  # fmt: skip
 def test_weights_that_cannot_be(weights, words):
     with pytest.raises(ColonysimError, match=words):
         play(diamond(weights=weights), episodes=1)
+
+
+class Boxed(Scent):
+    by_box = True
+
+
+def test_values_of_boxes_cannot_be_weighed():
+    scenario = diamond(extra_fields=[f"{__name__}:Boxed"], weights={"A": 1.0})
+    with pytest.raises(ColonysimError, match=r"policy\.weights\.A: the values of 'A' belong to boxes"):
+        play(scenario, episodes=1)

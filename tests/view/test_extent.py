@@ -192,3 +192,13 @@ def test_they_are_watched_on_the_terminal_too(large: Path, tmp_path: Path) -> No
     for event in Run.open(tmp_path / "run").events(1):
         board.take(event)
     assert "◆" in board.draw(80, 20).plain
+
+
+def test_marks_that_fade_are_announced(tmp_path: Path) -> None:
+    said: list[str] = []
+    for half_life in (None, 30.0):
+        scenario = colonysim.load_scenario("sanity", None, {"policy.hole_half_life": half_life})
+        run = colonysim.run(scenario, seed=1, episodes=1, out=tmp_path / str(half_life))
+        write_page(run, tmp_path / "page.html", tell=said.append)
+        assert len(said) == (half_life is not None)
+    assert "marks fade with time in this run" in said[0]
