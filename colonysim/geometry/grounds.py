@@ -56,7 +56,7 @@ def derived_terrain(plan: Plan, unit: float) -> Terrain:
         advice = f"physics.xy_scale: {{:g}} would do ({now})"
         lengths += scale, plan.scale
     else:
-        advice = f"no physics.xy_scale up to {{:.2f}} would do ({now}): move nodes apart, or give physics.terrain"
+        advice = f"no physics.xy_scale up to {{:.3g}} would do ({now}): move nodes apart, or give physics.terrain"
         lengths += _LARGEST * plan.scale, plan.scale
     raise Trouble(found.path, f"{found.words}{expected}; {advice}", *lengths)
 

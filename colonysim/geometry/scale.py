@@ -67,8 +67,9 @@ def check_size(
         far = max(map(abs, (*place, height)))
         if far > FARTHEST:
             name = topology.ids[node]
+            setting = "z_scale" if far == abs(height) else "xy_scale"
             raise Trouble(
-                "physics", f"node {name} lies {{:g}} m off, expected at most {{:g}} m; see xy_scale", far, FARTHEST
+                "physics", f"node {name} lies {{:g}} m off, expected at most {{:g}} m; see {setting}", far, FARTHEST
             )
         for j in topology.neighbours[node]:
             if (length := math.dist(place, places[j])) > LONGEST_EDGE:

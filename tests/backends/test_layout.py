@@ -261,7 +261,7 @@ def test_given_pits_belong_to_the_holes_they_lie_at_whatever_their_order() -> No
             ),
             "edges.0",
             "edge 0-1 (0.25 m high) and edge 4-5 (0.38 m high) are 0.00 m apart in the plane, expected at least 1.10 m;"
-            " no physics.xy_scale up to 6.40 would do",
+            " no physics.xy_scale up to 6.4 would do",
         ),
         (
             lambda: place(LANE, physics={"terrain": TERRAIN | {"pits": [{"x": 30.0, "y": 0.0, "depth": 0.25}]}}),

@@ -77,6 +77,7 @@ def test_edges_longer_than_the_stall_are_warned_of():
     [
         ({"topology": {"kind": "line", "nodes": 4, "spacing": 200}}, "physics: edge 0-1 is 320 m long, expected at most"),
         ({"topology": {"kind": "line", "nodes": 1000}}, "physics: node 626 lies 1001.6 m off"),
+        ({"topology": {"kind": "line", "nodes": 4, "z": 1}, "physics": {"z_scale": 1e4}}, "m off, expected at most 1000 m; see z_scale"),
         ({"topology": {"kind": "grid", "columns": 150, "rows": 150}}, "physics: 22500 nodes, expected at most 20000"),
         ({"topology": {"kind": "grid", "columns": 130, "rows": 130}, "agents": {"count": 501, "seed": 1}},
          "physics: 501 robots and boxes, expected at most 500"),
