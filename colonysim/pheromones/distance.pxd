@@ -30,15 +30,17 @@ cdef class Distance(Marks):
     cpdef frame(self)
     @cython.locals(value=double)
     cpdef double at(self, int node, int key=*) except? -1
-    @cython.locals(node=int, moment=str)
+    @cython.locals(rest=double)
     cpdef double far(self, int node) except? -1
     cdef double _rest(self, int node) except? -1
+    @cython.locals(rest=double)
     cdef int _store(self, int node, double far) except -1
+    @cython.locals(node=int, moment=str)
     cpdef int mark(self, Visit visit) except -1
     @cython.locals(node=int, before=double, surface="double[::1]")
     cdef int _sweep(self, int done) except -1
     @cython.locals(
-        terrain=Terrain, best=double, best_official=double, edge=int, j=int,
+        terrain=Terrain, fades=cython.bint, best=double, best_official=double, edge=int, j=int,
         through=double, value=double,
     )
     cpdef _update(self, int node, double level)

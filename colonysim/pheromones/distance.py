@@ -147,9 +147,7 @@ class Distance(Marks):
 
     def far(self, node: int) -> float:
         """The distance of a node to the goal as far as its visitors knew and the marks have not faded, graph units."""
-        if not self._fading.on:
-            return self.d[node]
-        if not self.visited[node]:
+        if not self._fading.on or not self.visited[node]:
             return self.d[node]
         rest = self._rest(node)
         return rest + (self.d[node] - rest) * self._fading.left()

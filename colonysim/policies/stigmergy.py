@@ -36,9 +36,6 @@ HOLE_OPEN = 3
 """Weight in `Memory.vain` of a decision with an open hole visible; one without has weight 1."""
 
 
-_OWN_FIELDS = ("D", "B", "H", "E")
-
-
 class Stigmergy(Decider):
     """The stigmergic policy in either of its presets, or with parameters of your own.
 
@@ -132,21 +129,21 @@ class Stigmergy(Decider):
             ),
         ]
         found = {field.name: field for field in own}
+        extras: dict[str, Field] = {}
         for name in s.extra_fields:
             extra = make_field(name, world)
             if extra.name in found:
                 message = f"there is a field {extra.name!r} already; {name!r} must give its own another name"
                 raise world.scenario.fault("policy.extra_fields", message)
-            found[extra.name] = extra
+            found[extra.name] = extras[extra.name] = extra
         for name in s.weights:
-            if name in found and name not in _OWN_FIELDS and found[name].by_box:
+            message = ""
+            if name not in extras:
+                message = f"no extra field {printable(repr(name))}; {nearest(name, extras)}"
+            elif extras[name].by_box:
                 message = f"the values of {name!r} belong to boxes: only values at nodes can be weighed"
+            if message:
                 raise world.scenario.fault(f"policy.weights.{name}", message)
-            if name not in found or name in _OWN_FIELDS:
-                extras = [name for name in found if name not in _OWN_FIELDS]
-                raise world.scenario.fault(
-                    f"policy.weights.{name}", f"no extra field {printable(repr(name))}; {nearest(name, extras)}"
-                )
         return found
 
     def begin(self, agent: int, memory: Memory | None) -> Memory:

@@ -34,27 +34,10 @@ def simulate(
 ) -> Iterator[Event]:
     """Runs a colony and yields what happens, as it happens; to stop in between and look at it, take a `Colony`.
 
-    Pheromones and the agents' own memories persist over the episodes, everything else starts anew.
-
-    Args:
-        scenario: The colony.
-        backend: Name of a backend, or one.
-        policy: Name of a policy, a factory, or a policy; the scenario's own if None.
-        mode: "asynchronous" or "synchronous"; the scenario's own if None.
-        episodes: How many; the scenario's own number if None.
-        seed: Together with the scenario it makes the run; a whole number from 0.
-        sink: Takes the rows of all tables of the trace.
-        initial: Pheromones to start with, by field name: the key frames of another run's episode, as they would
-            have been at the start of its next one.
-        decisions: Whether the sink also gets the decisions.
-        backend_options: Keyword arguments for a backend given by name.
-        kinds: Kinds of the events to yield; None for all. A large world runs faster if nobody asks for "end".
+    The arguments are those of `Colony`, and so is what it raises, once the first event is asked for.
 
     Yields:
         Events in the order of simulated time. An "episode" event closes each episode.
-
-    Raises:
-        ColonysimError: Something that the caller asked for does not exist or does not fit.
     """
     with Colony(
         scenario, backend=backend, policy=policy, mode=mode, episodes=episodes, seed=seed, sink=sink, initial=initial,

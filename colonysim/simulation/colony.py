@@ -25,6 +25,7 @@ from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
 from colonysim.suggest import nearest
+from colonysim.trace.checks import LONGEST
 from colonysim.trace.rows import Rows
 from colonysim.trace.schema import EVENT_KINDS
 from colonysim.trace.writer import TraceWriter
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Colony"]
 
-MAX_SECONDS = 9e12
-"""Readers of a trace take no later time, simulated seconds."""
 OBSERVED = (*EVENT_KINDS, "arrive", "fail")
 """What `Colony.on` can be asked for: kinds of events, and ends that arrived or did not."""
 
@@ -175,7 +174,7 @@ class Colony:
         if len(given) != 1:
             raise ColonysimError(f"run_until takes one of time, event and episode, not {' and '.join(given) or 'none'}")
         if time is not None:
-            return self._run_until_time(real("time", time, 0.0, MAX_SECONDS))
+            return self._run_until_time(real("time", time, 0.0, LONGEST))
         if episode is not None:
             return self._run_until_episode(whole("episode", episode, 1, max(1, self._count)))
         if not callable(event):
@@ -231,13 +230,13 @@ class Colony:
         """What a function of the user returns; it may look at the colony, and what it raises ends it."""
         self._calling = True
         try:
-            return call(*arguments)
+            try:
+                return call(*arguments)
+            finally:
+                self._calling = False
         except BaseException:
-            self._calling = False
             self._fail()
             raise
-        finally:
-            self._calling = False
 
     def _fill(self, until: float, *, stay: bool = False) -> bool:
         """Lets the colony go on until events have come out; False if none have by a time of the episode under way.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -129,8 +129,11 @@ def _of_episode(scenario: Scenario, events: list[Event], ended: str) -> Iterator
     if not absent:
         return
     world = with_boxes(scenario, {box: way[-1] for box, way in ways.boxes.items()})
+    events_of: defaultdict[int, list[Event]] = defaultdict(list)
+    for event in events:
+        events_of[event.agent].append(event)
     for agent in absent:
-        own = [event for event in events if event.agent == agent]
+        own = events_of[agent]
         if not own or not all({event.node, event.now_at} <= scenario.topology.index.keys() for event in own):
             raise TraceError(f"events: episode {events[0].episode} does not tell where agent {agent} is")
         yield _last_stretch(scenario, world, own, ended)

@@ -8,18 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from core.small_worlds import Script
 from recorded_runs import manifest
 from typer.testing import CliRunner, Result
 
 import colonysim
 from colonysim.backends.mock import Mock
 from colonysim.cli import app
-from colonysim.policies.policy import Choice
 from colonysim.policies.view import LocalView
 from colonysim.trace.schema import EpisodeResult, Event
 from colonysim.trace.writer import TraceWriter
 from colonysim.world.intents import Intent, Outcome, Push, Travel, Wait
-from colonysim.world.state import World
 
 
 def report(*words: object) -> Result:
@@ -152,24 +151,6 @@ def test_failures_of_a_colony_are_found(tmp_path: Path) -> None:
     assert failure["from"] == scenario.topology.ids[start]
 
 
-class Told:
-    """A policy that does what a function of (agent, view, how often it was asked) says."""
-
-    name = "told"
-
-    def __init__(self, act: Callable[[int, LocalView, int], Intent]) -> None:
-        self.act = act
-
-    def fields(self, world: World) -> dict[str, Any]:
-        return {}
-
-    def begin(self, agent: int, memory: Any) -> int:
-        return 0
-
-    def decide(self, view: LocalView, memory: int, random: Any) -> Choice:
-        return Choice(self.act(view.agent, view, memory), memory + 1)
-
-
 ROW = {
     "name": "row", "nodes": [[10 + i, i, 0] for i in range(6)], "edges": [[10 + i, 11 + i] for i in range(5)],
     "agents": [10], "goal": 15, "max_steps": 20, "episodes": 1, "timing": {"jitter": 0.0},
@@ -179,7 +160,7 @@ ROW = {
 def stranded(tmp_path: Path, act: Callable[[int, LocalView, int], Intent], **changes: Any) -> list[dict[str, Any]]:
     backend = changes.pop("backend", "nodeworld")
     scenario = colonysim.scenario_from_document(ROW | changes)
-    colonysim.run(scenario, backend=backend, policy=Told(act), seed=3, out=tmp_path / "run")
+    colonysim.run(scenario, backend=backend, policy=Script(act), seed=3, out=tmp_path / "run")
     found: list[dict[str, Any]] = told(tmp_path / "run")["stranded"]
     for agent in found:
         assert agent["why"] in " ".join(report(tmp_path / "run").stdout.split())
