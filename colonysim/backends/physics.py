@@ -353,7 +353,7 @@ class Physics:
         nearer = math.dist(robot[:2], places[intent.node]) < math.dist(robot[:2], places[action.origin])
         took = isinstance(intent, Push)
         # The goal is only reached by getting there: whoever belongs to it leaves.
-        node = intent.node if nearer and not took and intent.node != world.scenario.goal else action.origin
+        node = intent.node if nearer and not took and intent.node != world.goal else action.origin
         keeps = () if lost else (action.origin if node == intent.node else intent.node,)
         return Outcome("failed" if lost else "blocked", node, boxes, reason, lost, () if took else keeps)
 

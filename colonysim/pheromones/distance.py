@@ -32,9 +32,11 @@ _EXTENTS: WeakKeyDictionary[Topology, dict[int, float]] = WeakKeyDictionary()
 def extent(world: World) -> float:
     """The path distance from the goal to the node farthest from it along edges, whatever their heights, graph units.
 
+    If a timeline moves the goal, it is the largest of all its places.
+
     With Euclidean distances instead, D would be clipped at 0 on every node whose way to the goal is a long detour.
     """
-    return farthest(world.topology, world.scenario.goal)
+    return max(farthest(world.topology, goal) for goal in world.scenario.goals)
 
 
 def farthest(topology: Topology, goal: int) -> float:
@@ -226,6 +228,17 @@ class Distance(Marks):
         """Changes nothing by itself: distances outlive the episode, as the place is the same."""
         if self._fading.on:
             self._fade(0.0)
+
+    def goal_moved(self, goal: int) -> None:
+        """Unvisited nodes have their distance to the new goal; marks stay until somebody passes or they fade."""
+        if goal == self._goal:
+            return
+        if self._fading.on:  # towards the distance to the old goal until now
+            self._fade(self._world.now)
+        self._goal, self.straight = goal, straight(self._world.topology, goal)
+        for node in range(len(self.d)):
+            if not self.visited[node]:
+                self.d[node] = self.straight[node]
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""

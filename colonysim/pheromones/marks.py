@@ -128,6 +128,9 @@ class Marks:
         """What the end of an episode does to every value."""
         raise NotImplementedError
 
+    def goal_moved(self, goal: int) -> None:
+        """Another node is the goal from now on; marks stay as they are, unless the field says otherwise."""
+
     def frame(self) -> Iterable[Write]:
         """Every value that was ever written and still counts."""
         raise NotImplementedError

@@ -15,7 +15,7 @@ cdef class Stigmergy(Decider):
     cdef public str name
     cdef object _scenario
     cdef long long _tries
-    cdef int _goal, _room, _most_holes
+    cdef int _room, _most_holes
     cdef long long _restless
     cdef bint _marking
     cdef Options _options

@@ -48,7 +48,6 @@ class Stigmergy(Decider):
         self.settings = settings or settings_for(scenario)
         preset = scenario.parameters.get("preset", "colony")
         self.name = str(preset) if settings is None else "stigmergy"
-        self._goal = scenario.goal
         # Copies of settings, which cannot change, as C numbers for every decision.
         s = self.settings
         self._beta, self._patience = s.beta, float("inf") if s.patience is None else s.patience
@@ -230,7 +229,7 @@ class Stigmergy(Decider):
         if view.sees_hole(hole):
             if view.hole_node(hole) == at or not self._has_room(view, box, hole):
                 return ()
-            way = view.way_to_hole(box, hole, self._goal)
+            way = view.way_to_hole(box, hole, view.goal)
             if way:
                 return way
         elif at in planned[:-1]:
@@ -239,7 +238,7 @@ class Stigmergy(Decider):
             if slides and (len(rest) == 2 or view.can_follow(box, at, rest[1])):
                 return rest
         if count < 0:
-            count = view.pushes_into(box, self._goal, self._pushes)
+            count = view.pushes_into(box, view.goal, self._pushes)
         trail = view.h
         best, best_scent = -1, trail.read(at, hole)
         for i in range(count):
@@ -251,7 +250,7 @@ class Stigmergy(Decider):
     def _likely_way(self, view: LocalView, box: int, hole: int, way: Way, planned: Way = ()) -> Way:
         """`likely_way` for the setting `feasibility`; other ways are tried to a visible hole only."""
         others = hole if view.sees_hole(hole) and self._has_room(view, box, hole) else -1
-        return likely_way(view, box, way, planned, self._least, others, self._goal)
+        return likely_way(view, box, way, planned, self._least, others, view.goal)
 
     def _has_room(self, view: LocalView, box: int, hole: int) -> bool:
         """Whether a box may go to a visible hole: with `overfill` always, else if it will not stand above the rim."""
@@ -269,7 +268,7 @@ class Stigmergy(Decider):
         at = view.box_node(box)
         beside, pushable = view.beside(at), 0
         if beside:
-            pushable = view.pushes_into(box, self._goal, self._pushes)
+            pushable = view.pushes_into(box, view.goal, self._pushes)
         asked, own = at == view.node or at == from_node, memory.sought == box
         found: list[tuple[int, Way]] = []
         for i in range(self._candidates(view, memory, box, at, pushable)):
@@ -280,7 +279,7 @@ class Stigmergy(Decider):
             elif not view.sees_hole(hole):
                 way = planned if at in planned[:1] else ()
             else:
-                way = view.way_to_hole(box, hole, self._goal) if self._has_room(view, box, hole) else ()
+                way = view.way_to_hole(box, hole, view.goal) if self._has_room(view, box, hole) else ()
             if way and asked and view.foresees:
                 way = self._likely_way(view, box, hole, way)
             if way:
@@ -413,7 +412,7 @@ class Stigmergy(Decider):
                 count += 1
         box = view.top_box(view.node)
         if box >= 0 and box != memory.shunned and view.graspable_from(view.node, box):
-            for i in range(view.pushes_into(box, self._goal, self._pushes)):
+            for i in range(view.pushes_into(box, view.goal, self._pushes)):
                 j = self._pushes[i]
                 if self._allowed(view, j) and view.feasible(box, (j,))[0] >= self._least:
                     self._nodes[count], self._boxes[count] = j, box
@@ -466,7 +465,7 @@ class Stigmergy(Decider):
         some = view.box_at_hand() or memory.sought >= 0 or view.hole_in_sight()
         if not some:
             return self._look_about(view, memory, draw, count)
-        box, first = view.find_box(memory.shunned, self._goal)
+        box, first = view.find_box(memory.shunned, view.goal)
         useless: list[int] = []
         found: list[tuple[int, Way]] = []
         past = False
@@ -484,7 +483,7 @@ class Stigmergy(Decider):
                 past = True
             if not self._look_on or not view.open_hole_in_sight():
                 break
-            box, first = view.find_box(memory.shunned, self._goal, useless, past)
+            box, first = view.find_box(memory.shunned, view.goal, useless, past)
         if not found:
             return self._look_about(view, memory, draw, count)
         worth, chosen = view.b, 0

@@ -26,12 +26,13 @@ cdef class FieldWindow:
 cdef class LocalView:
     cdef public World _world
     cdef public object _backend, _feasible_way, refused
-    cdef public int agent, node, held_box, failures
+    cdef public int agent, node, goal, held_box, failures
     cdef public double radius, edge_seconds, waited
     cdef public dict fields
     cdef public bint foresees
     cdef public FieldWindow d, b, h, e
 
+    @cython.locals(world=World)
     cpdef look(self)
     cpdef bint beside(self, int node) except? -1
     cpdef bint sees(self, int node)

@@ -135,12 +135,13 @@ class LocalView:
         refused: Its last intent, if a node or edge that it needs was taken, or None.
         failures: The number of its last actions in a row that did not arrive.
         node: Where it stands.
+        goal: The goal, whose place every agent knows.
         held_box: The box that it holds and shares the node with, or -1.
     """
 
     __slots__ = (
         "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "foresees",
-        "h", "held_box", "node", "radius", "refused", "waited",
+        "goal", "h", "held_box", "node", "radius", "refused", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -169,7 +170,8 @@ class LocalView:
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
-        self.node, self.held_box = self._world.agent_node[self.agent], self._world.held_box(self.agent)
+        world = self._world
+        self.node, self.held_box, self.goal = world.agent_node[self.agent], world.held_box(self.agent), world.goal
 
     @property
     def neighbours(self) -> tuple[int, ...]:
@@ -198,8 +200,7 @@ class LocalView:
     @property
     def goal_position(self) -> tuple[float, float]:
         """x, y of the goal, which every agent knows."""
-        goal = self._world.scenario.goal
-        return self._world.topology.x[goal], self._world.topology.y[goal]
+        return self._world.topology.x[self.goal], self._world.topology.y[self.goal]
 
     @property
     def reach(self) -> float:

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from colonysim.scenario.changes import read_changes, read_newcomers
 from colonysim.scenario.complaints import complaint
 from colonysim.scenario.format import (
-    LARGEST,
-    SMALLEST,
     BoxMapping,
     BoxRow,
     Crowd,
@@ -42,6 +41,7 @@ from colonysim.scenario.generate import (
     rooms,
 )
 from colonysim.scenario.scenario import BoxStart, Hole, Scenario, Timing
+from colonysim.scenario.sections import LARGEST, SMALLEST
 from colonysim.scenario.solvable import cut_off
 from colonysim.world.topology import Topology
 
@@ -84,7 +84,9 @@ class _Assembly:
     def scenario(self, document: Mapping[str, Any]) -> Scenario:
         file, places = self._file, self._places
         ids, heights, points, edges = self._place()
+        newcomers = read_newcomers(file.changes, places, edges, self._pair, self._node)
         floors, rims = self._hole_levels(heights, edges)
+        edges |= newcomers.edges
         slopes = self._slopes(edges, set(floors))
         for node, floor in floors.items():
             heights[node] = floor
@@ -92,7 +94,8 @@ class _Assembly:
         self._check_extent(topology)
         goal = self._goal(floors)
         boxes = self._boxes(set(floors), goal)
-        agents = self._agents(topology, goal, set(floors), {box.node for box in boxes})
+        agents = self._agents(topology, goal, set(floors), {box.node for box in boxes}) + newcomers.agents
+        boxes += newcomers.boxes
         self._check_solvable(topology, boxes, goal, agents)
         policy = file.policy if isinstance(file.policy, PolicySection) else PolicySection(name=file.policy)
         return Scenario(
@@ -112,6 +115,8 @@ class _Assembly:
             time_limit=None if file.time_limit is None else float(file.time_limit),
             reach=float(file.reach),
             timing=self._timing(topology, edges),
+            changes=read_changes(file.changes, places, topology, rims, goal, len(boxes), len(agents), newcomers),
+            newcomers=newcomers if file.changes else None,
             policy=policy.name,
             parameters=dict(policy.model_extra or {}),
             physics=file.physics.model_dump(exclude_none=True),
@@ -398,6 +403,8 @@ class _Assembly:
         return found
 
     def _check_solvable(self, topology: Topology, boxes: Sequence[BoxStart], goal: int, agents: Sequence[int]) -> None:
+        if any(change.set_surface or change.move_goal is not None for change in self._file.changes):
+            return  # what cannot be reached now may be later
         heights = [box.height for box in boxes]
         found = cut_off(topology, heights, float(self._file.reach), goal, agents)
         if found is None:

@@ -27,6 +27,9 @@ _FORMS = {
     "exclude": "[from, to]",
     "slopes": "[from, to]",
     "no_push": "[from, to]",
+    "add_edge": "[from, to]",
+    "remove_edge": "[from, to]",
+    "within": "[xmin, ymin, xmax, ymax]",
     "holes": "a node's number, or {node: ..., depth: ...}",
     "boxes": "[node, height] or {node: ..., height: ...}",
     "travels": "[from, to, seconds]",
@@ -84,7 +87,8 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
     names = [part for part in path.split(".") if not part.isdigit()]
     name = names[-1] if names else ""
     in_list = path.rpartition(".")[2].isdigit()
-    form = _FORMS.get(name) if in_list else _WHOLE.get(name)
+    # What a change names are no start nodes.
+    form = _FORMS.get(name) if in_list else None if names[:1] == ["changes"] else _WHOLE.get(name)
     if kind == "extra_forbidden":
         return unknown_field(_parts(fault["loc"]), document)
     if kind in ("missing", "missing_argument"):

@@ -12,36 +12,35 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Dis
 from pydantic_core import PydanticCustomError
 
 from colonysim.engines import EngineName
+from colonysim.scenario.sections import (
+    Coordinate,
+    Count,
+    Flag,
+    Length,
+    Metres,
+    NodeId,
+    NotNegative,
+    Pair,
+    Positive,
+    Scale,
+    Seconds,
+    Section,
+    Seed,
+    Size,
+    Text,
+)
+from colonysim.scenario.timeline import ChangeSection
 
-__all__ = ["FORM_TAGS", "LARGEST", "MAX_NAME", "SMALLEST", "ScenarioFile"]
+__all__ = ["FORM_TAGS", "MAX_NAME", "ScenarioFile"]
 
-LARGEST, SMALLEST = 1e9, 1e-6
-"""No number is larger, and no length, height or time that cannot be 0 is smaller: sums of all of them stay exact
-enough, and products finite."""
 MAX_NAME = 100
 """Most characters of a scenario's name."""
+MAX_CHANGES = 10_000
+"""Most changes of a timeline."""
 MAX_PARTS = 200
 """Most levels, pits or ramps of a ground that is given."""
 FORM_TAGS = ("\0list", "\0mapping", "\0plain")
 """Names of the ways of writing a thing; they stand in pydantic's error paths, and no field may be called so."""
-
-NodeId = Annotated[int, Strict(), Field(ge=0, le=10**15)]
-Count = Annotated[int, Strict(), Field(ge=1, le=10**9)]
-Seed = Annotated[int, Strict(), Field(ge=0, le=10**18)]
-Coordinate = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
-NotNegative = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False)]
-Length = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
-Seconds = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
-Scale = Annotated[float, Strict(), Field(ge=1e-4, le=1e4, allow_inf_nan=False)]
-Metres = Annotated[float, Strict(), Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
-Size = Annotated[float, Strict(), Field(ge=0.01, le=1e3, allow_inf_nan=False)]
-"""Of a body or a part of the ground, metres."""
-Positive = Annotated[float, Strict(), Field(gt=0, le=1e6, allow_inf_nan=False)]
-"""Of a robot; which numbers its controls can handle is for the physics to say."""
-Text = Annotated[str, Strict()]
-Flag = Annotated[bool, Strict()]
-Pair = tuple[NodeId, NodeId]
-
 
 def _form(value: Any) -> str | None:
     """Which way of writing a thing was used."""
@@ -57,12 +56,6 @@ def _name(text: str) -> str:
     if not text.strip() or any(letter in text for letter in "\t\n"):
         raise PydanticCustomError("one_line", "one line of text")
     return text
-
-
-class Section(BaseModel):
-    """A mapping in the file; unknown fields are mistakes."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class NodeRow(NamedTuple):
@@ -466,5 +459,7 @@ class ScenarioFile(Section):
     """The policy: a name, or {name, parameters...}."""
     physics: PhysicsSection = PhysicsSection()
     """Scales, boxes and terrain for physics backends."""
+    changes: Annotated[list[ChangeSection], Field(max_length=MAX_CHANGES)] = []
+    """What changes while the colony is under way, in the order of their numbers."""
     variants: dict[str, dict[str, Any] | None] = {}
     """Named changes to the fields above; mappings are merged, everything else is replaced."""

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from colonysim.errors import ScenarioError
+    from colonysim.scenario.changes import Change, Newcomers
     from colonysim.world.topology import Topology
 
 __all__ = ["BoxStart", "Hole", "Scenario", "Timing"]
@@ -70,8 +71,8 @@ class Scenario:
         description: One line for listings.
         topology: The place.
         holes: In the order of the file; a hole's key is its position here.
-        boxes: In the order of the file; a box's number is its position here.
-        agents: Start node of each agent.
+        boxes: In the order of the file, then those that come later; a box's number is its position here.
+        agents: Start node of each agent; those that join later stand behind the others.
         goal: The node that all agents must reach.
         no_push: Directed edges over which no box may be pushed.
         detection_radius: R, graph units.
@@ -83,6 +84,8 @@ class Scenario:
         time_limit: Simulated seconds after which an episode ends as timeout; None for no limit.
         reach: Two surfaces that differ by less than this are level (paper Section 3.3).
         timing: Durations for backends without a clock.
+        changes: What changes while the colony is under way, in the order of the file.
+        newcomers: What these changes bring that is not there when an episode begins; None for nothing.
         policy: Name of the policy, or "package.module:Name".
         parameters: Parameters of the policy (`policy.*` in the file), still to be read by the policy itself.
         physics: The `physics:` section, read by the physics backend.
@@ -110,6 +113,8 @@ class Scenario:
     time_limit: float | None = None
     reach: float = 0.3
     timing: Timing = field(default_factory=Timing)
+    changes: tuple[Change, ...] = ()
+    newcomers: Newcomers | None = None
     policy: str = "stigmergy"
     parameters: Mapping[str, Any] = field(default_factory=dict)
     physics: Mapping[str, Any] = field(default_factory=dict)
@@ -124,6 +129,21 @@ class Scenario:
     def settings(self) -> dict[str, Any]:
         """The fields set from outside the file, by dotted path, with the values that they have; null for none."""
         return {path: _found(self.document, path) for path in self.overrides}
+
+    @property
+    def boxes_at_start(self) -> tuple[BoxStart, ...]:
+        """The boxes that are there when an episode begins."""
+        return self.boxes[: len(self.boxes) - len(self.newcomers.boxes)] if self.newcomers else self.boxes
+
+    @property
+    def agents_at_start(self) -> tuple[int, ...]:
+        """The start nodes of the agents that are there when an episode begins."""
+        return self.agents[: len(self.agents) - len(self.newcomers.agents)] if self.newcomers else self.agents
+
+    @property
+    def goals(self) -> tuple[int, ...]:
+        """The goal, and the nodes to which it is moved."""
+        return (self.goal, *(change.node for change in self.changes if change.kind == "move_goal"))
 
     def __repr__(self) -> str:
         return (

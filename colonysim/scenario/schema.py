@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from colonysim.scenario import format as scenario_format
+from colonysim.scenario import timeline
 from colonysim.scenario.format import ScenarioFile
 
 __all__ = ["field_descriptions", "scenario_schema"]
@@ -22,14 +23,15 @@ def field_descriptions() -> dict[str, dict[str, str]]:
     on import, which every command would pay for.
     """
     found: dict[str, dict[str, str]] = {}
-    for node in ast.parse(inspect.getsource(scenario_format)).body:
-        if isinstance(node, ast.ClassDef):
-            own = found[node.name] = {}
-            for base in node.bases:
-                own.update(found.get(ast.unparse(base), {}))
-            for field, text in pairwise(node.body):
-                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
-                    own[ast.unparse(field.target)] = " ".join(str(ast.literal_eval(text.value)).split())
+    for module in (timeline, scenario_format):
+        for node in ast.parse(inspect.getsource(module)).body:
+            if isinstance(node, ast.ClassDef):
+                own = found[node.name] = {}
+                for base in node.bases:
+                    own.update(found.get(ast.unparse(base), {}))
+                for field, text in pairwise(node.body):
+                    if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                        own[ast.unparse(field.target)] = " ".join(str(ast.literal_eval(text.value)).split())
     return found
 
 

@@ -293,6 +293,7 @@ class Colony:
         self._number += 1
         own = self._streams.within(f"episode/{self._number}")
         self._world.reset()
+        self._episode.timeline.prepare(self._number)
         self._body.reset(self._world, own)
         self._memories = [self._policy.begin(agent, memory) for agent, memory in enumerate(self._memories)]
         self._running, self._aged = True, False

@@ -23,6 +23,7 @@ cdef class Process(Alarm):
     cdef Episode _episode
     cdef int _agent
 
+    @cython.locals(episode=Episode)
     cpdef come(self, event)
 
 
@@ -33,7 +34,7 @@ cdef class Ticker(Alarm):
 
 
 cdef class Episode:
-    cdef public object rows, fields, backend, env, clock, timers, ticker
+    cdef public object rows, fields, backend, env, clock, timers, ticker, timeline
     cdef public Decider policy
     cdef public MotionType motion
     cdef public World world
@@ -44,8 +45,7 @@ cdef class Episode:
     cdef public set finished, short
     cdef public long long number, acting, armed, timed, max_steps
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
-    cdef public bint stuck, over, synchronous, clocked
-    cdef public int goal
+    cdef public bint stuck, over, synchronous, clocked, awaited
     cdef unsigned char[::1] doing, expires
     cdef int[::1] asks, target, box, hole, ends_at, short_waits, spins
     cdef double[::1] began, since

@@ -16,6 +16,7 @@ from colonysim.pheromones.field import Visit
 from colonysim.policies.decision import Stream
 from colonysim.simulation.alarms import Alarm, Timers
 from colonysim.simulation.clock import Clock
+from colonysim.simulation.timeline import Timeline
 from colonysim.simulation.waiting import Waiting
 from colonysim.trace.schema import EpisodeResult
 from colonysim.world.intents import Wait
@@ -54,7 +55,7 @@ SELDOM = 0.01
 """While nothing but long actions goes on, who waits looks up after this share of the time that it has lasted."""
 
 
-LOST, RESTING, ACTING = AgentStatus.LOST, 0, 1
+ABSENT, LOST, RESTING, ACTING = AgentStatus.ABSENT, AgentStatus.LOST, 0, 1
 
 
 class Process(Alarm):
@@ -72,8 +73,11 @@ class Process(Alarm):
 
     def come(self, event: simpy.Event) -> None:
         """Its action has ended, or it is to choose again."""
-        if self._episode._goes_on(self._due):
-            self._episode._resume(self._agent)
+        episode = self._episode
+        if episode._goes_on(self._due):
+            episode._resume(self._agent)
+            if episode.awaited:
+                episode.timeline.notice()
 
 
 class Ticker(Alarm):
@@ -90,8 +94,11 @@ class Ticker(Alarm):
 
     def come(self, event: simpy.Event) -> None:
         """The next tick begins."""
-        if self._episode._goes_on(self._due):
-            self._episode._tick()
+        episode = self._episode
+        if episode._goes_on(self._due):
+            episode._tick()
+            if episode.awaited:
+                episode.timeline.notice()
 
 
 class Episode:
@@ -122,7 +129,7 @@ class Episode:
         self.marks, self.motion = list(fields.values()), backend if isinstance(backend, Motion) else ByProtocol(backend)
         self.views, self.rows = views, rows
         scenario, agents = world.scenario, len(views)
-        self.goal, self.max_steps, self.stall = scenario.goal, scenario.max_steps, scenario.stall_seconds
+        self.max_steps, self.stall = scenario.max_steps, scenario.stall_seconds
         self.limit = inf if scenario.time_limit is None else scenario.time_limit
         self.waiting = Waiting(agents, len(world.topology), self._rouse)
         nursery = simpy.Environment()
@@ -140,6 +147,8 @@ class Episode:
         self.asks = array("i", [-1]) * agents  # the node that each asks to be cleared
         self.random: list[Stream] = []
         self.visit = Visit()
+        # The changes of the scenario, and whether some of them wait for what agents do.
+        self.timeline, self.awaited = Timeline(self, backend), False
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -160,7 +169,7 @@ class Episode:
         # Agents that act; alarms of agents that will come; waits under way that end at a time of their own.
         self.stuck, self.over, self.acting, self.armed, self.timed = False, False, 0, 0, 0
         self.short: set[int] = set()
-        self.finished: set[int] = set()
+        self.finished = {agent for agent in range(len(views)) if not self.timeline.takes_part(agent)}
         self.turns: list[tuple[int, Decision, bool]] = []
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
@@ -177,6 +186,7 @@ class Episode:
     def close(self) -> None:
         """Lets go of what calls back, for it knows the episode."""
         self.env = self.clock = self.waiting = self.timers = self.ticker = None  # type: ignore[assignment]
+        self.timeline = None  # type: ignore[assignment]
         self.processes = []
 
     def begin(self, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> None:
@@ -192,17 +202,43 @@ class Episode:
         self.wall = time.perf_counter()
         rows.begin(number)
         self._prepare(number, memories, streams, synchronous)
-        for agent in self._drawn(range(len(self.views))):
+        self.timeline.begin()
+        for agent in self._drawn(self._present()):
             rows.event("start", agent, node=world.agent_node[agent])
             self._deposit("start", agent)
         if synchronous:
             self.ticker.arm(self.env, 0.0, 0.0, ENDS)
         else:
-            for agent in range(len(self.views)):
+            for agent in self._present():
                 self._expect(agent, 0.0, ENDS)
         if self.backend.tick is not None:
             # What it raises reaches the caller itself, where SimPy would build another error like it.
             self.env.process(self.clock.run(self.backend.tick)).callbacks.append(_raise_as_it_was)
+
+    def _participants(self) -> list[int]:
+        """The agents that are there from the start or join later in this episode."""
+        return [agent for agent in range(len(self.views)) if self.timeline.takes_part(agent)]
+
+    def _present(self) -> list[int]:
+        """The agents that are there, wherever they have got to."""
+        return [agent for agent, status in enumerate(self.world.agent_status) if status is not ABSENT]
+
+    def join(self, agent: int) -> None:
+        """An agent that was absent stands on its start node now."""
+        self.rows.event("start", agent, node=self.world.agent_node[agent])
+        self._deposit("start", agent)
+        if not self.synchronous:  # else the next tick finds it
+            self._expect(agent, 0.0, ENDS)
+
+    def lose(self, agent: int) -> None:
+        """An agent fails for the rest of the episode, once the move that it has begun is over."""
+        absent = self.world.agent_status[agent] is ABSENT
+        self.world.lose(agent)
+        self.waiting.wake((self.world.agent_node[agent],))  # who waits for its box
+        if absent:
+            self._done(agent)
+        else:
+            self.waiting.call(agent)
 
     def go_on(self, until: float = inf) -> bool:
         """Lets happen what is due until there are events in `rows.events`.
@@ -255,17 +291,20 @@ class Episode:
 
     def _anything_due(self) -> bool:
         """Whether anything can still happen: SimPy's queue also holds the timers of waits that have ended before."""
-        return self.synchronous or self.armed > 0 or self.timed > 0 or self.clock.pending
+        return self.synchronous or self.armed > 0 or self.timed > 0 or self.clock.pending or self.timeline.armed > 0
 
     def _stalls(self, due: float) -> bool:
-        """Whether nothing comes out any more, if nothing happens before `due`: no action is under way that will end."""
+        """Whether nothing comes out any more, if nothing happens before `due`.
+
+        That is, no action is under way that will end, and no change of the place will come.
+        """
         if due <= self.last_outcome + self.stall:
             return False
-        return due == inf or not (self.acting or due <= self.clock.until())
+        return due == inf or not (self.acting or self.timeline.armed or due <= self.clock.until())
 
     def _latest(self) -> float:
         """When the episode ends if nothing happens before."""
-        if self.acting:
+        if self.acting or self.timeline.armed:
             return self.limit
         return min(self.limit, max(self.last_outcome + self.stall, self.clock.until()))
 
@@ -276,7 +315,7 @@ class Episode:
         return self.now + ENOUGH * self.edge_seconds * max(1.0, length)
 
     def _how_it_ended(self) -> str:
-        states = set(self.world.agent_status)
+        states = {self.world.agent_status[agent] for agent in self._participants()}
         if states == {AgentStatus.GOAL}:
             return "goal"
         return "max_steps" if AgentStatus.SPENT in states else "lost"
@@ -284,7 +323,7 @@ class Episode:
     def _close(self, ended: str, now: float, wall: float) -> None:
         world = self.world
         arrived = sum(status is AgentStatus.GOAL for status in world.agent_status)
-        agents = len(world.agent_status)
+        agents = len(self._participants())
         steps = max(self.steps, default=0) if ended == "goal" else world.scenario.max_steps
         result = EpisodeResult(
             self.number, steps, arrived / agents if agents else 1.0, ended, now, world.seated(), wall
@@ -349,6 +388,8 @@ class Episode:
         world = self.world
         if world.agent_status[agent] is LOST:
             self.finished.add(agent)
+            if self.asks[agent] >= 0:
+                self._withdraw_request(agent)
             self.rows.event("lost", agent, node=world.agent_node[agent], step=self.steps[agent])
             return True
         if world.arrived(agent) and agent not in self.short:
@@ -435,7 +476,7 @@ class Episode:
         else:
             now_at, status, reason, lost = outcome.node, outcome.status, outcome.reason, outcome.lost
             changed = world.apply(agent, move(node, box, hole), outcome)
-        if now_at == self.goal and (box >= 0 or status != "arrived"):
+        if now_at == world.goal and (box >= 0 or status != "arrived"):
             self.short.add(agent)  # the goal is its nearest node, but its body has not got there
         elif self.short:
             self.short.discard(agent)
@@ -542,7 +583,7 @@ class Episode:
 
     def _take_turns(self) -> None:
         """All decide, and those begin to move whose places are free."""
-        going = [agent for agent in range(len(self.views)) if agent not in self.finished]
+        going = [agent for agent in self._present() if agent not in self.finished]
         active = [agent for agent in self._drawn(going) if not self._done(agent)]
         decisions = [self._decide(agent) for agent in active]
         timed, moving = False, 0
@@ -561,7 +602,7 @@ class Episode:
                 self._note_wait(agent, wait.nodes)
                 self.views[agent].waited += 1.0
             self.turns.append((agent, decision, moves))
-        if not moving and not timed:
+        if not moving and not timed and self.timeline.armed == 0:
             self.stuck = len(active) > 0
             return
         for agent, decision, moves in self.turns:

@@ -35,7 +35,7 @@ def picture(colony: Colony) -> str:
     width, height = (2 * MARGIN + scale * float(side) for side in xy.max(axis=0) - low)
     parts = [
         f'<line x1="{at[i][0]:.1f}" y1="{at[i][1]:.1f}" x2="{at[j][0]:.1f}" y2="{at[j][1]:.1f}" stroke="{EDGE}"/>'
-        for i, j in colony.scenario.topology.graph.edges
+        for i, j in place.graph.edges
     ]
     filled = dict(zip(place.holes.tolist(), place.filled.tolist(), strict=True))
     for node, (x, y) in at.items():
@@ -46,10 +46,10 @@ def picture(colony: Colony) -> str:
             color = GOAL if node == place.goal else NODE
             parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{0.7 * radius:.1f}" fill="{color}" stroke="#888"/>')
     for node in colony.boxes.node.tolist():
-        if not filled.get(node):
+        if node >= 0 and not filled.get(node):
             parts.append(_square(*at[node], 0.75 * radius, BOX))
     for agent, (node, status) in enumerate(zip(colony.agents.node.tolist(), colony.agents.status, strict=True)):
-        if status != "goal":
+        if status not in ("goal", "absent"):
             x, y = at[node]
             where = f'cx="{x:.1f}" cy="{y:.1f}" r="{0.6 * radius:.1f}"'
             parts.append(f'<circle {where} fill="{AGENT}"><title>agent {agent}</title></circle>')

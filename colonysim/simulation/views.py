@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -39,12 +40,13 @@ class _OfWorld:
 
     def _numbers(self, nodes: Sequence[int]) -> NDArray[np.int64]:
         ids = self._world.topology.ids
-        return _array([ids[node] for node in nodes], "int64")
+        return _array([ids[node] if node >= 0 else -1 for node in nodes], "int64")
 
     def _places(self, nodes: Sequence[int], heights: Sequence[float]) -> NDArray[np.float64]:
-        topology = self._world.topology
+        topology, nowhere = self._world.topology, (nan, nan, nan)
         return _array(
-            [(topology.x[i], topology.y[i], z) for i, z in zip(nodes, heights, strict=True)], "float64"
+            [(topology.x[i], topology.y[i], z) if i >= 0 else nowhere for i, z in zip(nodes, heights, strict=True)],
+            "float64",
         ).reshape(-1, 3)
 
 
@@ -92,7 +94,7 @@ class AgentsView(_OfWorld):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """What each agent can still do in this episode: "active", "goal", "spent" or "lost"."""
+        """What each agent can still do in this episode: "active", "goal", "spent", "lost", or "absent" until it joins."""
         return _array([status.value for status in self._world.agent_status], "U6")
 
     @property
@@ -119,7 +121,7 @@ class BoxesView(_OfWorld):
 
     @property
     def node(self) -> NDArray[np.int64]:
-        """Number of the node that each box is on."""
+        """Number of the node that each box is on, -1 for a box that is not there."""
         return self._numbers(self._world.box_node)
 
     @property
@@ -134,7 +136,7 @@ class BoxesView(_OfWorld):
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """x, y and z of each box's node and underside, graph units; shape (boxes, 3)."""
+        """x, y and z of each box's node and underside, graph units; shape (boxes, 3), nan for a box that is not there."""
         return self._places(self._world.box_node, self._world.box_base)
 
     @property
@@ -193,12 +195,17 @@ class WorldView(_OfWorld):
     @property
     def goal(self) -> int:
         """Number of the goal's node."""
-        return self._world.topology.ids[self._world.scenario.goal]
+        return self._world.topology.ids[self._world.goal]
 
     @property
     def graph(self) -> nx.Graph[int]:
-        """The place without its boxes as a NetworkX graph, keyed by node numbers; a copy."""
-        return self._world.topology.graph.copy()
+        """The place without its boxes as a NetworkX graph, keyed by node numbers; a copy of what is there now."""
+        graph, terrain, index = self._world.topology.graph.copy(), self._world.terrain, self._world.topology.index
+        if self._world.scenario.changes:
+            graph.remove_edges_from([(i, j) for i, j in graph.edges if not terrain.has_edge(index[i], index[j])])
+            for node, z in zip(self._world.topology.ids, self._world.floor, strict=True):
+                graph.nodes[node]["z"] = z
+        return graph
 
     def reachable(self, origin: int, target: int) -> bool:
         """Whether an agent on the surface of a node could travel to its neighbour now.

@@ -19,7 +19,7 @@ __all__ = [
 ]  # fmt: skip
 
 VERSION = 1
-EVENT_KINDS = ("start", "end", "wait", "goal", "spent", "lost", "episode")
+EVENT_KINDS = ("start", "end", "wait", "goal", "spent", "lost", "change", "episode")
 """The kinds of an `Event`."""
 
 Column: TypeAlias = Literal["int", "float", "text", "bool", "ints", "floats"]
@@ -33,16 +33,18 @@ class Event(NamedTuple):
         episode: Counted from 1.
         time: Simulated seconds since the episode's start.
         kind: "start" (an agent stands on its first node), "end" (an action ended), "wait" (an agent began to wait),
-            "goal" (the agent reached the goal and left), "spent" (max_steps used up), "lost", "episode" (it ended).
+            "goal" (the agent reached the goal and left), "spent" (max_steps used up), "lost", "change" (of the
+            scenario's timeline), "episode" (it ended).
         agent: Which agent.
-        action: "travel", "push", "take" (the first step of a push: onto the box's node) or "wait"; else empty.
+        action: "travel", "push", "take" (the first step of a push: onto the box's node) or "wait"; at a "change" what
+            it does, such as "remove_edge"; else empty.
         node: Where the agent is; at an "end", where the action began.
         target: Where the action led, or was meant to lead.
         box: Which box.
         hole: Node of the hole the box is meant for.
         status: "arrived", "blocked", "failed"; for kind "episode" the way it ended.
         reason: Why it did not arrive.
-        step: Steps the agent has begun so far.
+        step: Steps the agent has begun so far; at a "change" its position in the scenario's timeline.
         began: At an "end", the simulated second at which the action began; else equal to `time`.
         now_at: At an "end", the node the agent now belongs to; else equal to `node`.
     """

@@ -12,7 +12,7 @@ cdef class World:
     cdef readonly dict stacks, clear_requests, edge_holder
     cdef readonly Terrain terrain
     cdef public double now
-    cdef int _goal
+    cdef readonly int goal
     cdef Visibility _visibility
     cdef int _requests
     cdef int[::1] _requests_near
@@ -66,9 +66,11 @@ cdef class World:
     @cython.locals(origin=int)
     cdef _step(self, int agent, int node)
     cdef _settle_push(self, int agent, int box, int node, int origin)
+    @cython.locals(stack=list, base=double, other=int)
+    cdef _restack(self, int node)
     @cython.locals(stack=list)
     cdef _put_box(self, int box, int node)
-    @cython.locals(old=int, stack=list, base=double, other=int)
+    @cython.locals(old=int)
     cpdef move_box(self, int box, int node)
     @cython.locals(height=double, box=int, stack=list)
     cdef double _height(self, int node)

@@ -32,7 +32,7 @@ Place: TypeAlias = int | tuple[int, int]
 
 
 _COLUMNS = (
-    "surface", "occupant", "node_holder", "top", "box_node", "box_base", "box_claim", "box_stray", "agent_node",
+    "floor", "surface", "occupant", "node_holder", "top", "box_node", "box_base", "box_claim", "box_stray", "agent_node",
     "agent_from", "agent_box", "agent_status", "reserved",
 )  # fmt: skip
 """What changes in an episode and has one value for each node, box or agent."""
@@ -43,6 +43,8 @@ _TABLES = ("edge_holder", "stacks", "clear_requests")
 class AgentStatus(Enum):
     """What an agent can still do in this episode."""
 
+    ABSENT = "absent"
+    """It will join later."""
     ACTIVE = "active"
     GOAL = "goal"
     SPENT = "spent"
@@ -57,7 +59,8 @@ class World:
 
     Attributes:
         scenario: What the world was built from.
-        topology: The place itself.
+        topology: The place itself, with the edges that come later.
+        goal: The node that all agents must reach now.
         terrain: Its edges and surfaces, and the rules of heights.
         floor: Height of each node's bare surface.
         surface: Height of each node's surface with the boxes on it.
@@ -67,7 +70,7 @@ class World:
         occupant: The agent whose body is on each node, or -1.
         stacks: For each node that has boxes, their numbers from bottom to top.
         top: The topmost box on each node, or -1.
-        box_node: Where each box is.
+        box_node: Where each box is; -1 for one that is not there.
         box_height: How high each box is.
         box_base: The height each box's underside stands at.
         box_claim: The agent that holds each box, or -1.
@@ -84,15 +87,15 @@ class World:
     """
 
     __slots__ = (
-        "_goal", "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
+        "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
         "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "floor",
-        "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
+        "goal", "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
         "terrain", "top", "topology",
     )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
-        self.topology, self._goal = scenario.topology, scenario.goal
+        self.topology, self.goal = scenario.topology, scenario.goal
         size = len(scenario.topology)
         self.hole_at = array("i", [-1]) * size
         for key, hole in enumerate(scenario.holes):
@@ -127,6 +130,10 @@ class World:
     def reset(self) -> None:
         """Puts agents and boxes where they start, and ends all claims, reservations and requests."""
         scenario, self.now = self.scenario, 0.0
+        if scenario.changes:
+            self.goal = scenario.goal
+            self.floor[:] = array("d", self.topology.z)
+            self.terrain.restore()
         self.surface[:] = self.floor
         for node in range(len(self.top)):
             self.top[node] = self.occupant[node] = self.node_holder[node] = -1
@@ -138,12 +145,15 @@ class World:
                 self._requests_near[node] = 0
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.box_claim[:], self.box_stray[:] = [-1] * boxes, [False] * boxes
-        for box, start in enumerate(scenario.boxes):
+        for box in range(boxes):
+            self.box_node[box] = -1
+        for box, start in enumerate(scenario.boxes_at_start):
             self._put_box(box, start.node)
-        self.agent_status[:], self.reserved[:] = [AgentStatus.ACTIVE] * agents, [()] * agents
+        self.agent_status[:], self.reserved[:] = [AgentStatus.ABSENT] * agents, [()] * agents
         for agent, node in enumerate(scenario.agents):
             self.agent_node[agent], self.agent_box[agent], self.agent_from[agent] = node, -1, -1
-            self.occupant[node] = agent
+        for agent in range(len(scenario.agents_at_start)):
+            self.join(agent)
 
     def __deepcopy__(self, memo: dict[int, object]) -> World:
         """Another world in the same state, of a scenario of its own: who changes one leaves the other alone."""
@@ -156,7 +166,9 @@ class World:
             table.update(deepcopy(getattr(self, name), memo))
         for node in twin.clear_requests:
             twin._count_request(node, 1)
-        twin.now = self.now
+        if self.scenario.changes:
+            twin.terrain.rises[:] = self.terrain.rises
+        twin.now, twin.goal = self.now, self.goal
         return twin
 
     # -- the rules of the place ------------------------------------------------------------------------------------
@@ -168,7 +180,7 @@ class World:
 
     def arrived(self, agent: int) -> bool:
         """Whether `agent` stands on the goal itself, and not behind a box on it."""
-        return self.agent_node[agent] == self._goal and self.agent_box[agent] < 0
+        return self.agent_node[agent] == self.goal and self.agent_box[agent] < 0
 
     def passable(self, level: float, i: int, j: int) -> bool:
         """Whether an agent standing at height `level` on `i` can travel to `j`; False if no edge leads there.
@@ -541,6 +553,58 @@ class World:
         if box >= 0 and self.box_claim[box] == agent:
             self.box_claim[box] = -1
 
+    # -- changes of the place ----------------------------------------------------------------------------------------
+
+    def join(self, agent: int) -> None:
+        """Puts an agent that was absent on its start node, which must be free."""
+        self.agent_status[agent] = AgentStatus.ACTIVE
+        self.occupant[self.agent_node[agent]] = agent
+
+    def lose(self, agent: int) -> None:
+        """The agent can do nothing more in this episode; its body stays where it is, and it lets go of its box."""
+        self.agent_status[agent] = AgentStatus.LOST
+        box = self.agent_box[agent]
+        if box >= 0 and self.box_claim[box] == agent:
+            self.box_claim[box] = -1
+
+    def move_goal(self, node: int) -> None:
+        """Another node is the goal from now on."""
+        self.goal = node
+
+    def set_floor(self, node: int, z: float) -> None:
+        """Gives a node's bare surface another height, graph units; the boxes on it and its slopes move along."""
+        self.floor[node] = z
+        self._restack(node)
+        self.terrain.lean(node, self.floor)
+
+    def add_box(self, box: int) -> None:
+        """Puts a box that was not there on top of whatever stands on its start node."""
+        self._put_box(box, self.scenario.boxes[box].node)
+
+    def remove_box(self, box: int) -> int:
+        """Takes a box that nobody holds out of the world; returns the node where it was."""
+        node = self.box_node[box]
+        self.stacks[node].remove(box)
+        self._restack(node)
+        self.box_node[box], self.box_stray[box] = -1, False
+        for agent in range(len(self.agent_box)):
+            if self.agent_box[agent] == box:
+                self.agent_box[agent] = -1
+        return node
+
+    def _restack(self, node: int) -> None:
+        """Lets the boxes on a node stand on its floor and each other, after one of them or the floor has gone."""
+        stack = self.stacks.get(node)
+        base = self.floor[node]
+        if stack is not None:
+            for other in stack:
+                self.box_base[other] = base
+                base += self.box_height[other]
+        self.top[node] = stack[-1] if stack else -1
+        if not stack:
+            self.stacks.pop(node, None)
+        self.surface[node] = self._height(node)
+
     def _put_box(self, box: int, node: int) -> None:
         """Puts a box that stands nowhere on top of whatever stands on a node."""
         stack = self.stacks.setdefault(node, [])
@@ -555,16 +619,8 @@ class World:
         old = self.box_node[box]
         if old == node:
             return
-        stack = self.stacks[old]
-        stack.remove(box)
-        base = self.floor[old]
-        for other in stack:
-            self.box_base[other] = base
-            base += self.box_height[other]
-        self.top[old] = stack[-1] if stack else -1
-        if not stack:
-            del self.stacks[old]
-        self.surface[old] = self._height(old)
+        self.stacks[old].remove(box)
+        self._restack(old)
         self._put_box(box, node)
 
     def _height(self, node: int) -> float:

@@ -11,6 +11,7 @@ cdef class Terrain:
     cdef readonly int size
     cdef double _slack
     cdef unsigned char[::1] _forbidden
+    cdef object _topology, _slopes, _absent
 
     @cython.locals(edge=int)
     cpdef int edge(self, int i, int j) except? -2

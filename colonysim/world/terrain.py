@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
+from array import array
+from math import isnan, nan
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from array import array
-
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["SAME_HEIGHT", "Terrain"]
@@ -19,8 +19,9 @@ SAME_HEIGHT = 1e-6
 class Terrain:
     """The edges of the graph and the surfaces of its nodes, in flat arrays.
 
-    The edges out of node i have the indices `first[i]` to `first[i + 1] - 1`. Only `surface` ever changes: when a box
-    is moved.
+    The edges out of node i have the indices `first[i]` to `first[i + 1] - 1`. `surface` changes when a box is moved, and
+    where the scenario has a timeline `rises` too: that of an edge which is not there is no number, so that no rule of
+    heights lets anything pass.
 
     Args:
         scenario: Its place and rules.
@@ -30,14 +31,14 @@ class Terrain:
         first: The index of each node's first edge, and behind them the number of edges (nodes + 1 values).
         ends: The node that each edge leads to.
         lengths: The length of each edge, graph units in the xy plane.
-        rises: How much each edge rises if it is a slope, graph units; 0 for others.
+        rises: How much each edge rises if it is a slope, graph units; 0 for others, nan for edges that are not there.
         surface: The array given.
         reach: Heights that differ by less than this are level, graph units.
         size: The number of nodes.
     """
 
     def __init__(self, scenario: Scenario, surface: array[float]) -> None:
-        topology = scenario.topology
+        topology = self._topology = scenario.topology
         self.first, self.ends, self.lengths, self.rises = topology.edges
         self.surface, self.reach, self.size = surface, scenario.reach, len(topology)
         self._slack = SAME_HEIGHT
@@ -46,6 +47,38 @@ class Terrain:
             edge = self.edge(i, j)
             if edge >= 0:
                 self._forbidden[edge] = 1
+        self._slopes, self._absent = topology.rises, scenario.newcomers.edges if scenario.newcomers else ()
+        if scenario.changes:
+            self.rises = array("d", topology.edges.rises)  # those of the topology are everybody's
+            self.restore()
+
+    def restore(self) -> None:
+        """Puts the edges back as they are at the start of an episode."""
+        for edge, rise in enumerate(self._topology.edges.rises):
+            self.rises[edge] = rise
+        for i, j in self._absent:
+            self.take_edge(i, j)
+
+    def has_edge(self, i: int, j: int) -> bool:
+        """Whether there is an edge from `i` to `j` now."""
+        edge = self.edge(i, j)
+        return edge >= 0 and not isnan(self.rises[edge])
+
+    def take_edge(self, i: int, j: int) -> None:
+        """Takes the edge between two nodes away, in both directions."""
+        self.rises[self.edge(i, j)] = self.rises[self.edge(j, i)] = nan
+
+    def give_edge(self, i: int, j: int, floor: array[float]) -> None:
+        """Puts the edge between two nodes back; if it is a slope, it rises as the nodes' bare surfaces now say."""
+        rise = floor[j] - floor[i] if (i, j) in self._slopes else 0.0
+        self.rises[self.edge(i, j)], self.rises[self.edge(j, i)] = rise, -rise
+
+    def lean(self, node: int, floor: array[float]) -> None:
+        """Lets the slopes at a node rise as the nodes' bare surfaces now say."""
+        for edge in range(self.first[node], self.first[node + 1]):
+            j = self.ends[edge]
+            if (node, j) in self._slopes and self.has_edge(node, j):
+                self.give_edge(node, j, floor)
 
     def edge(self, i: int, j: int) -> int:
         """The index of the edge from `i` to `j`, or -1.

@@ -53,7 +53,7 @@ class Visibility:
         topology = scenario.topology
         size, self.neighbourhoods = len(topology), neighbourhoods(topology, scenario.detection_radius)
         self.size = size
-        self.first, self.ends, self.lengths, self.rises = topology.edges
+        self.first, self.ends, self.lengths, _ = topology.edges
         self.shortest = min(topology.edges.lengths, default=0.0)
         # At most so many nodes are visible from a node; no way and no queue of a search is longer.
         most = self.neighbourhoods.most + topology.most_neighbours
@@ -79,6 +79,7 @@ class Visibility:
     def bind(self, world: World) -> None:
         """Takes over a world's arrays, which it only reads."""
         self.terrain, self.surface, self.top = world.terrain, world.surface, world.top
+        self.rises = world.terrain.rises
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
         self.stacks, self.hole_at = world.stacks, world.hole_at
 
@@ -264,8 +265,8 @@ class Visibility:
                     self.wanted[at] = search
                     left += 1
         for box in others:
-            if 0 <= box < len(self.box_node) and self.top[self.box_node[box]] == box:
-                at = self.box_node[box]
+            at = self.box_node[box] if 0 <= box < len(self.box_node) else -1
+            if at >= 0 and self.top[at] == box:
                 if self.wanted[at] == search:
                     self.wanted[at] = 0
                     left -= 1

@@ -1,0 +1,310 @@
+"""The timeline of a scenario: what becomes different while a colony is under way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+
+from colonysim.scenario.scenario import BoxStart
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from colonysim.scenario.places import Places
+    from colonysim.scenario.timeline import ChangeSection, ConditionSection
+    from colonysim.world.topology import Topology
+
+__all__ = ["CHANGES", "Change", "Condition", "Newcomers", "read_changes", "read_newcomers"]
+
+Kind: TypeAlias = Literal[
+    "add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal", "add_agent", "fail", "wipe"
+]
+CHANGES: tuple[Kind, ...] = get_args(Kind)
+"""What a change can do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What must be so before a change happens.
+
+    Attributes:
+        what: "filled" (a hole is level with its rim), "at_goal" (so many agents are), or "seated" (so many boxes lie in
+            holes).
+        value: The key of the hole, or how many.
+    """
+
+    what: Literal["filled", "at_goal", "seated"]
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One change; nodes and holes are indices.
+
+    Attributes:
+        number: Its position in the file.
+        kind: What it does, one of `CHANGES`.
+        time: Simulated seconds of the episode at which it happens, or from which on `condition` counts.
+        first: The first episode in which it happens.
+        last: The last one, None for no end.
+        condition: What must be so first, if anything.
+        node: The node concerned, one end of the edge, or -1.
+        target: The other end of the edge, or -1.
+        box: The box that appears or disappears, or -1.
+        z: The new height of the node's bare surface, graph units.
+        agents: The agents that join or fail.
+        seconds: How long they fail, simulated seconds; None for the rest of the episode.
+        fields: The fields whose marks go, None for all.
+        nodes: The nodes whose marks go.
+    """
+
+    number: int
+    kind: Kind
+    time: float = 0.0
+    first: int = 1
+    last: int | None = None
+    condition: Condition | None = None
+    node: int = -1
+    target: int = -1
+    box: int = -1
+    z: float = 0.0
+    agents: tuple[int, ...] = ()
+    seconds: float | None = None
+    fields: tuple[str, ...] | None = None
+    nodes: tuple[int, ...] = ()
+
+    def happens_in(self, episode: int) -> bool:
+        """Whether it can happen in the episode of a number."""
+        return self.first <= episode and (self.last is None or episode <= self.last)
+
+
+@dataclass(frozen=True, slots=True)
+class Newcomers:
+    """What a timeline brings that is not there when an episode begins; nodes are indices.
+
+    Attributes:
+        edges: Edges (i, j), i < j.
+        boxes: Boxes, numbered after those of the file.
+        agents: Where agents join, numbered after those of the file.
+    """
+
+    edges: frozenset[tuple[int, int]] = frozenset()
+    boxes: tuple[BoxStart, ...] = ()
+    agents: tuple[int, ...] = ()
+
+
+def _path(number: int, field: str = "") -> str:
+    return f"changes.{number}.{field}" if field else f"changes.{number}"
+
+
+def _kind(section: ChangeSection, number: int, places: Places) -> Kind:
+    """What a change does; exactly one thing."""
+    given = [kind for kind in CHANGES if getattr(section, kind) is not None]
+    if len(given) == 1:
+        return given[0]
+    if given:
+        raise places.fault(_path(number, given[1]), f"stands beside `{given[0]}`, expected one of them in each change")
+    raise places.fault(_path(number), f"says not what happens, expected one of {', '.join(CHANGES)}")
+
+
+def read_newcomers(
+    sections: Sequence[ChangeSection],
+    places: Places,
+    edges: set[tuple[int, int]],
+    pair: Callable[[tuple[int, int], str], tuple[int, int]],
+    node: Callable[[int, str], int],
+) -> Newcomers:
+    """What the changes bring.
+
+    Args:
+        sections: The timeline.
+        places: Where it stands.
+        edges: The edges that are there to begin with, (i, j) with i < j.
+        pair: The indices of two nodes by number, and where they stand.
+        node: The index of a node likewise.
+
+    Raises:
+        ScenarioError: A change does not do exactly one thing, or names a node that there is not.
+    """
+    more: set[tuple[int, int]] = set()
+    boxes: list[BoxStart] = []
+    agents: list[int] = []
+    for number, section in enumerate(sections):
+        kind = _kind(section, number, places)
+        if kind == "add_edge" and section.add_edge is not None:
+            i, j = pair(section.add_edge, _path(number, kind))
+            if (edge := (min(i, j), max(i, j))) not in edges:
+                more.add(edge)
+        elif kind == "add_box" and section.add_box is not None:
+            at = node(section.add_box.node, _path(number, "add_box.node"))
+            boxes.append(BoxStart(at, float(section.add_box.height)))
+        elif kind == "add_agent" and section.add_agent is not None:
+            agents.append(node(section.add_agent, _path(number, kind)))
+    return Newcomers(frozenset(more), tuple(boxes), tuple(agents))
+
+
+def read_changes(
+    sections: Sequence[ChangeSection],
+    places: Places,
+    topology: Topology,
+    rims: Mapping[int, float],
+    goal: int,
+    boxes: int,
+    agents: int,
+    newcomers: Newcomers,
+) -> tuple[Change, ...]:
+    """The timeline of a scenario.
+
+    Args:
+        sections: As it stands in the file.
+        places: Where that is.
+        topology: The place, with the edges that come.
+        rims: The height of each hole's rim, in the order of the holes, graph units.
+        goal: The goal to begin with.
+        boxes: How many there are, those that come included.
+        agents: How many there are, those that join included.
+        newcomers: What the timeline brings.
+
+    Raises:
+        ScenarioError: A change cannot be.
+    """
+    reader = _Reader(places, topology, rims, {goal}, boxes, agents)
+    for number, section in enumerate(sections):
+        if section.move_goal is not None:
+            reader.goals.add(reader.node(section.move_goal, _path(number, "move_goal")))
+    next_box, next_agent = boxes - len(newcomers.boxes), agents - len(newcomers.agents)
+    found = []
+    for number, section in enumerate(sections):
+        change = reader.change(number, section, next_box, next_agent)
+        next_box += change.kind == "add_box"
+        next_agent += change.kind == "add_agent"
+        found.append(change)
+    return tuple(found)
+
+
+class _Reader:
+    """Reads changes one by one.
+
+    Args:
+        places: Where they stand.
+        topology: The place, with the edges that come.
+        rims: The height of each hole's rim by its node, in the order of the holes, graph units.
+        goals: All nodes that are the goal at some time.
+        boxes: How many there are.
+        agents: How many there are.
+    """
+
+    def __init__(
+        self, places: Places, topology: Topology, rims: Mapping[int, float], goals: set[int], boxes: int, agents: int
+    ) -> None:
+        self._places, self._topology, self._rims, self.goals = places, topology, rims, goals
+        self._boxes, self._agents = boxes, agents
+
+    def node(self, number: int, path: str) -> int:
+        """The index of a node by its number."""
+        index = self._topology.index
+        if number not in index:
+            nearest = min(index, key=lambda known: (abs(known - number), known))
+            raise self._places.fault(path, f"there is no node {number}; did you mean {nearest}?")
+        return index[number]
+
+    def change(self, number: int, section: ChangeSection, next_box: int, next_agent: int) -> Change:
+        """A change; a box or an agent that it brings gets the next number."""
+        kind, fault = _kind(section, number, self._places), self._places.fault
+        first, last = self._episodes(number, section)
+        more: dict[str, object] = {}
+        if (pair := section.add_edge or section.remove_edge) is not None:
+            i, j = (self.node(end, _path(number, f"{kind}.{n}")) for n, end in enumerate(pair))
+            if j not in self._topology.neighbours[i]:
+                raise fault(_path(number, kind), f"{pair[0]}-{pair[1]} is no edge, expected one")
+            more = {"node": i, "target": j}
+        elif section.set_surface is not None:
+            node = self.node(section.set_surface.node, _path(number, "set_surface.node"))
+            z = float(section.set_surface.z)
+            if node in self._rims and not z < self._rims[node]:
+                why = f"the floor of a hole would be {z:g}, not below its rim {self._rims[node]:g}"
+                raise fault(_path(number, "set_surface.z"), why)
+            more = {"node": node, "z": z}
+        elif section.add_box is not None:
+            node = self.node(section.add_box.node, _path(number, "add_box.node"))
+            if node in self.goals:
+                raise fault(_path(number, "add_box.node"), "a box appears on the goal, expected another node")
+            more = {"node": node, "box": next_box}
+        elif section.remove_box is not None:
+            more = {"box": self._number(section.remove_box, self._boxes, "box", _path(number, kind))}
+        elif section.move_goal is not None:
+            node = self.node(section.move_goal, _path(number, kind))
+            if node in self._rims:
+                raise fault(_path(number, kind), f"node {section.move_goal} is a hole, expected a node beside it")
+            more = {"node": node}
+        elif section.add_agent is not None:
+            node = self.node(section.add_agent, _path(number, kind))
+            if node in self._rims:
+                raise fault(_path(number, kind), f"an agent joins in the hole {section.add_agent}")
+            more = {"node": node, "agents": (next_agent,)}
+        elif section.fail is not None:
+            path = _path(number, "fail.agents")
+            agents = [
+                self._number(agent, self._agents, "agent", f"{path}.{n}") for n, agent in enumerate(section.fail.agents)
+            ]
+            seconds = section.fail.seconds
+            more = {"agents": tuple(agents), "seconds": None if seconds is None else float(seconds)}
+        else:
+            more = self._wiped(number, section)
+        return Change(
+            number, kind, float(section.time), first, last, self._condition(number, section.when), **more
+        )  # type: ignore[arg-type]
+
+    def _number(self, number: int, count: int, what: str, path: str) -> int:
+        if number < count:
+            return number
+        there = f"expected 0 to {count - 1}" if count else "there is none"
+        raise self._places.fault(path, f"there is no {what} {number}, {there}")
+
+    def _episodes(self, number: int, section: ChangeSection) -> tuple[int, int | None]:
+        fault = self._places.fault
+        if section.episode is not None:
+            for field in ("from_episode", "to_episode"):
+                if getattr(section, field) is not None:
+                    raise fault(_path(number, field), "stands beside `episode`, expected one of them")
+            return section.episode, section.episode
+        first, last = section.from_episode or 1, section.to_episode
+        if last is not None and last < first:
+            raise fault(_path(number, "to_episode"), f"{last} is before from_episode {first}")
+        return first, last
+
+    def _condition(self, number: int, section: ConditionSection | None) -> Condition | None:
+        if section is None:
+            return None
+        given = [name for name in ("filled", "at_goal", "seated") if getattr(section, name) is not None]
+        if len(given) != 1:
+            path = _path(number, f"when.{given[1]}" if given else "when")
+            raise self._places.fault(path, "expected exactly one of filled, at_goal and seated")
+        if section.filled is not None:
+            node = self.node(section.filled, _path(number, "when.filled"))
+            if node not in self._rims:
+                raise self._places.fault(_path(number, "when.filled"), f"node {section.filled} is no hole")
+            return Condition("filled", list(self._rims).index(node))
+        if section.at_goal is not None:
+            if section.at_goal > self._agents:
+                path = _path(number, "when.at_goal")
+                raise self._places.fault(path, f"{section.at_goal} agents, but there are only {self._agents}")
+            return Condition("at_goal", section.at_goal)
+        return Condition("seated", section.seated or 0)
+
+    def _wiped(self, number: int, section: ChangeSection) -> dict[str, object]:
+        assert section.wipe is not None
+        wipe, topology = section.wipe, self._topology
+        path = _path(number, "wipe")
+        if wipe.nodes is not None and wipe.within is not None:
+            raise self._places.fault(f"{path}.within", "stands beside `nodes`, expected one of them")
+        if wipe.nodes is not None:
+            nodes = [self.node(each, f"{path}.nodes.{n}") for n, each in enumerate(wipe.nodes)]
+        else:
+            nodes = list(range(len(topology)))
+            if wipe.within is not None:
+                xmin, ymin, xmax, ymax = wipe.within
+                nodes = [i for i in nodes if xmin <= topology.x[i] <= xmax and ymin <= topology.y[i] <= ymax]
+                if not nodes:
+                    raise self._places.fault(f"{path}.within", "there is no node within these borders")
+        return {"fields": None if wipe.fields is None else tuple(wipe.fields), "nodes": tuple(nodes)}

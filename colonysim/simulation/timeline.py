@@ -1,0 +1,216 @@
+"""The timeline of a scenario under way: each change happens when its time has come and what it waits for is so."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import simpy
+
+from colonysim.simulation.alarms import Alarm
+from colonysim.world.state import AgentStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.scenario.changes import Change
+    from colonysim.simulation.episode import Episode
+    from colonysim.world.state import World
+
+__all__ = ["CHANGES_FIRST", "Timeline"]
+
+CHANGES_FIRST = 1.5
+"""SimPy's priority of changes: after its own events, before whatever else happens at that time (see `episode.ENDS`).
+
+Changes of one time happen in the order of the file.
+"""
+STEP = 1e-6
+_OF_PLACE = ("add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal")
+"""What happens to the place before an episode's first event: a backend builds it as it is then."""
+
+
+class _Due(Alarm):
+    """A change whose time comes."""
+
+    def __init__(self, nursery: simpy.Environment, timeline: Timeline, change: Change) -> None:
+        super().__init__(nursery)
+        self._timeline, self.change = timeline, change
+
+    def come(self, event: simpy.Event) -> None:
+        """The time has come."""
+        self._timeline.come(self, self._due)
+
+
+class Timeline:
+    """Makes the changes of a scenario happen, each at most once an episode.
+
+    What cannot be yet waits: a box appears on a node once no agent is there, one that is held disappears when it is let
+    go of, an agent joins once its node is free, and a condition is looked at after whatever may have made it true.
+
+    Args:
+        episode: The episode under way, with its world, fields and rows.
+        backend: What moves the agents; told of what has changed if it wants to know.
+
+    Attributes:
+        armed: How many changes have a time that will come.
+        waiting: Changes whose time has come and that wait for something else.
+    """
+
+    def __init__(self, episode: Episode, backend: Backend) -> None:
+        self._episode, self._world, self._changed = episode, episode.world, getattr(backend, "changed", None)
+        nursery = simpy.Environment()
+        self._alarms = [_Due(nursery, self, change) for change in episode.world.scenario.changes]
+        nursery.run()
+        self._moves_goal = len(episode.world.scenario.goals) > 1
+        self._of_now: list[_Due] = []
+        self._joining = frozenset[int]()
+        self._begun: list[tuple[Change, int]] = []
+        self.armed, self.waiting = 0, list[_Due]()
+
+    def prepare(self, number: int) -> None:
+        """Lets happen to the place what happens at the very start of an episode; the world has just been reset.
+
+        Args:
+            number: The episode's number.
+        """
+        self.armed = 0
+        self.waiting.clear()
+        self._episode.awaited = False
+        self._begun.clear()
+        self._of_now = [alarm for alarm in self._alarms if alarm.change.happens_in(number)]
+        self._joining = frozenset(alarm.change.agents[0] for alarm in self._of_now if alarm.change.kind == "add_agent")
+        for alarm in self._of_now:
+            change = alarm.change
+            at_once = change.time == 0.0 and change.condition is None and change.kind in _OF_PLACE
+            if at_once and self._possible(change):
+                self._begun.append((change, self._make(change)))
+
+    def begin(self) -> None:
+        """The episode has begun: what has changed is written down, and the rest gets its time."""
+        if self._moves_goal:
+            for field in self._episode.marks:
+                field.goal_moved(self._world.goal)
+        for change, at in self._begun:
+            self._tell(change, at)
+        begun = {change.number for change, _ in self._begun}
+        for alarm in self._of_now:
+            if alarm.change.number not in begun:
+                self._arm(alarm, 0.0, alarm.change.time)
+
+    def takes_part(self, agent: int) -> bool:
+        """Whether an agent is there when the episode begins or joins later in it."""
+        return agent < len(self._world.scenario.agents_at_start) or agent in self._joining
+
+    def _arm(self, alarm: _Due, now: float, seconds: float) -> None:
+        alarm.arm(self._episode.env, now, seconds, CHANGES_FIRST + STEP * alarm.change.number)
+        self.armed += 1
+
+    def come(self, alarm: _Due, due: float) -> None:
+        """The time of a change has come."""
+        self.armed -= 1
+        if not self._episode._goes_on(due):
+            return
+        if not self._ready(alarm.change):
+            self.waiting.append(alarm)
+            self._episode.awaited = True
+            return
+        self._episode.last_outcome = due
+        self._tell(alarm.change, self._make(alarm.change))
+
+    def notice(self) -> None:
+        """Something has happened: what waits for it has its time now."""
+        for alarm in self.waiting[:]:
+            if self._ready(alarm.change):
+                self.waiting.remove(alarm)
+                self._arm(alarm, self._episode.now, 0.0)
+        self._episode.awaited = bool(self.waiting)
+
+    # -- what can be -------------------------------------------------------------------------------------------------
+
+    def _ready(self, change: Change) -> bool:
+        return self._holds(change) and self._possible(change)
+
+    def _holds(self, change: Change) -> bool:
+        """Whether what a change waits for is so."""
+        condition, world = change.condition, self._world
+        if condition is None:
+            return True
+        if condition.what == "filled":
+            return world.filled(condition.value)
+        if condition.what == "seated":
+            return world.seated() >= condition.value
+        return sum(status is AgentStatus.GOAL for status in world.agent_status) >= condition.value
+
+    def _possible(self, change: Change) -> bool:
+        """Whether nobody is in the way of a change."""
+        world, node = self._world, change.node
+        if change.kind == "add_box":
+            return world.occupant[node] == -1 and world.node_holder[node] == -1 and node != world.goal
+        if change.kind == "remove_box":
+            at = world.box_node[change.box]
+            held = at < 0 or world.box_claim[change.box] != -1
+            return not held and world.occupant[at] == -1 and world.node_holder[at] == -1
+        if change.kind == "add_agent":
+            return world.occupant[node] == -1 and world.node_holder[node] == -1 and world.top[node] == -1
+        return True
+
+    # -- what happens ------------------------------------------------------------------------------------------------
+
+    def _make(self, change: Change) -> int:
+        """Lets a change happen to the place; returns the node concerned, or -1."""
+        world, node = self._world, change.node
+        if change.kind == "add_edge":
+            world.terrain.give_edge(node, change.target, world.floor)
+        elif change.kind == "remove_edge":
+            world.terrain.take_edge(node, change.target)
+        elif change.kind == "set_surface":
+            world.set_floor(node, change.z)
+        elif change.kind == "add_box":
+            world.add_box(change.box)
+        elif change.kind == "remove_box":
+            return world.remove_box(change.box)
+        elif change.kind == "move_goal":
+            world.move_goal(node)
+        elif change.kind == "add_agent":
+            world.join(change.agents[0])
+        return node
+
+    def _tell(self, change: Change, at: int) -> None:
+        """Lets everybody know of a change that has happened to the place, and what it means to agents and marks.
+
+        Args:
+            change: The change.
+            at: The node concerned, or -1.
+        """
+        episode, world = self._episode, self._world
+        nodes: Sequence[int] = [node for node in (at, change.target) if node >= 0]
+        if change.kind == "fail":
+            self._fail(change)
+            return
+        episode.rows.event("change", -1, change.kind, at, change.target, change.box, step=change.number)
+        if change.kind == "wipe":
+            nodes = change.nodes
+            for field in episode.marks:
+                if change.fields is None or field.name in change.fields:
+                    field.wipe(nodes)
+        elif change.kind == "move_goal":
+            nodes = range(len(world.topology))
+            for field in episode.marks:
+                field.goal_moved(world.goal)
+        if self._changed is not None:
+            self._changed(change)
+        if change.kind == "add_agent":
+            episode.join(change.agents[0])
+        episode.waiting.wake(nodes)
+        self.notice()
+
+    def _fail(self, change: Change) -> None:
+        episode, world = self._episode, self._world
+        for agent in change.agents:
+            if agent in episode.finished:
+                continue
+            episode.rows.event("change", agent, "fail", world.agent_node[agent], step=change.number)
+            if change.seconds is None:
+                episode.lose(agent)
+            else:
+                episode.stand_still(agent, episode.now + change.seconds)
