@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.motion import Motion
 from colonysim.backends.protocol import Done
+from colonysim.scenario.changes import CHANGES
 from colonysim.world.intents import BoxPlace, Outcome, Push, Wait
 from colonysim.world.state import BARRED
 
@@ -64,6 +65,7 @@ class NodeWorld(Motion):
 
     name = "nodeworld"
     tick = None
+    changes = CHANGES
 
     def __init__(self) -> None:
         super().__init__()

@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from colonysim.backends.action import Action, Actions
+from colonysim.backends.changes import ANYWHERE
 from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import Traffic
 from colonysim.errors import ColonysimError, MissingExtraError
@@ -31,6 +32,7 @@ from colonysim.push.task import PushTask, ignore
 from colonysim.push.way import chances_along, load_way_chance
 from colonysim.suggest import nearest
 from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
+from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from colonysim.push.executors import Executor
     from colonysim.push.task import Kind, Log, Manoeuvre, ManoeuvreResult
     from colonysim.randomness import Streams
+    from colonysim.scenario.changes import Change
     from colonysim.scenario.scenario import Scenario
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
@@ -85,6 +88,7 @@ class Physics:
     """
 
     tick: float | None
+    changes = (*ANYWHERE, "add_box", "remove_box", "add_agent")
 
     def __init__(
         self,
@@ -155,10 +159,45 @@ class Physics:
         )
         edge_time = world.topology.mean_length * (x_scale or 1.0) / TRAVEL_SPEED + TURN_TIME
         self.edge_seconds = edge_time * robot.time_unit
-        for agent in range(len(self._layout.robots)):
+        for agent in range(len(layout.robots)):
+            if world.agent_status[agent] is AgentStatus.ABSENT:
+                self._put_away(agent)
+            else:
+                self._record_pose("agent", agent)
+        for box in range(len(layout.boxes)):
+            if world.box_node[box] < 0:
+                self._scene.place_box(box, *layout.shelf[box], 0.0)
+            else:
+                self._record_pose("box", box)
+
+    def changed(self, change: Change) -> None:
+        """Lets a body appear or disappear, see `Backend`."""
+        scene, layout = self._open(), self._layout
+        if change.kind == "add_agent":
+            (agent,) = change.agents
+            start = layout.robots[agent]
+            scene.place_robot(agent, start.x, start.y, start.z, start.yaw)
             self._record_pose("agent", agent)
-        for box in range(len(self._layout.boxes)):
-            self._record_pose("box", box)
+        elif change.kind == "add_box":
+            start_box = layout.boxes[change.box]
+            scene.place_box(change.box, start_box.x, start_box.y, self._top(change.box), start_box.yaw)
+            self._record_pose("box", change.box)
+        elif change.kind == "remove_box":
+            scene.place_box(change.box, *layout.shelf[change.box], 0.0)
+
+    def _put_away(self, agent: int) -> None:
+        """Puts a robot where it waits until it joins."""
+        layout = self._layout
+        self._open().place_robot(agent, *layout.shelf[len(layout.boxes) + agent], 0.0)
+
+    def _top(self, box: int) -> float:
+        """The height at which the underside of a box comes to lie that has just appeared, metres."""
+        world, layout = self._world, self._layout
+        node = world.box_node[box]
+        below = [other for other in world.stacks[node] if other != box]
+        pit = layout.pit_at.get(node)
+        floor = layout.heights[node] if pit is None else layout.heights[node] - layout.terrain.pits[pit].depth
+        return floor + sum(layout.boxes[other].height for other in below)
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """What geometry, the classifier or the chance of a way says, whichever was chosen."""
@@ -367,6 +406,8 @@ class Physics:
             if box in underway:
                 continue
             pose, node = scene.box(box), world.box_node[box]
+            if node < 0:
+                continue
             if not all(map(math.isfinite, pose)):
                 places.append(BoxPlace(box, node, stray=True))
                 continue

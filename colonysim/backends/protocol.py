@@ -51,6 +51,11 @@ class Backend(Protocol):
 
     How long a tick is may change with a `reset`, too, but not whether there is one.
 
+    Where a scenario has a timeline, `changes` says which kinds of changes (`colonysim.scenario.changes.CHANGES`) the
+    backend can follow, those aside that concern no body (`colonysim.backends.changes.ANYWHERE`); without it, it follows
+    only these. A method `changed` is then called with each change, right after the world has gone through it; what
+    happens before an episode's first event has happened before `reset`.
+
     Two more attributes may be there. `feasible_way` (a `FeasibleWay`) is for backends that can tell about pushes after
     the next one; it is asked about nodes within the agent's sight. Where it is absent or None, `feasible` is asked
     alone. `recording` (a bool) is set before `reset`, where it is there: False when nobody wants the `rows`.

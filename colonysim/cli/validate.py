@@ -83,9 +83,12 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
         if robot is not None:
             loaded.append(f"robot {robot}, whose numbers, and the room for it, are not checked here")
         if backend in PHYSICS:
+            from colonysim.backends.changes import refuse_changes
+            from colonysim.backends.physics import Physics
             from colonysim.geometry.layout import lay_out
 
             refuse_other_engine(scenario, None if backend == "physics" else backend)
+            refuse_changes(scenario, backend, Physics.changes)
             if robot is None:
                 lay_out(scenario)
         shown = printable(name, len(name))

@@ -103,13 +103,14 @@ def _narrow_edge(plan: Plan) -> Trouble | None:
 def _narrow_start(plan: Plan) -> Trouble | None:
     """Two robots, or two boxes, touch where they begin, whether an edge joins their nodes or not."""
     scenario, places = plan.scenario, plan.places
-    for i, j in itertools.combinations(scenario.agents, 2):
+    for i, j in itertools.combinations(scenario.agents_at_start, 2):
         if (away := math.dist(places[i], places[j])) < ROBOTS_APART - _ROUNDING:
             return Trouble(
                 node_path(scenario, max(i, j)), f"the robots on nodes {plan.named(i)} and {plan.named(j)} begin"
                 " {:.2f} m from each other, too close", away, away=away, needed=ROBOTS_APART,
             )  # fmt: skip
-    for (one, box), (other, beside) in itertools.combinations(zip(scenario.boxes, plan.boxes, strict=True), 2):
+    starts = list(zip(scenario.boxes_at_start, plan.boxes, strict=False))
+    for (one, box), (other, beside) in itertools.combinations(starts, 2):
         apart = Pit(box.x, box.y, box.yaw, box.length).distance(beside.x, beside.y)
         if one.node != other.node and apart < beside.length / 2 - _ROUNDING:
             return Trouble(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from colonysim.geometry.fit import check_fit
@@ -22,7 +22,7 @@ from colonysim.geometry.scale import (
 )
 from colonysim.geometry.trouble import Trouble
 from colonysim.geometry.units import in_units
-from colonysim.physics import BoxSpec, Robot, RobotSpec, Terrain
+from colonysim.physics import BoxSpec, Ground, Robot, RobotSpec, Terrain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Layout", "lay_out"]
+
+SHELF_AWAY = 20.0
+"""How far beyond all other ground bodies wait that are not there, in units of the robot."""
+SHELF_ROOM = 3.0
+"""Distance of two of them, in units of the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +50,8 @@ class Layout:
         boxes: The boxes where they start.
         robots: The robots where they start.
         stray_beyond: A box further than this from its node is stray: a quarter of the mean edge.
+        shelf: Where bodies wait that are not there: for each box, then for each robot, a place (x, y, z) on a ground of
+            their own beyond all others; empty if the scenario has no timeline.
     """
 
     robot: Robot
@@ -55,6 +62,7 @@ class Layout:
     boxes: tuple[BoxSpec, ...]
     robots: tuple[RobotSpec, ...]
     stray_beyond: float
+    shelf: tuple[tuple[float, float, float], ...] = ()
 
 
 def lay_out(scenario: Scenario) -> Layout:
@@ -117,6 +125,9 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
     else:
         _check_work(scenario, scale, len(plan.levels), len(plan.slopes))
         terrain = derived_terrain(plan, robot.scale)
+    shelf: tuple[tuple[float, float, float], ...] = ()
+    if scenario.changes:
+        terrain, shelf = _with_shelf(terrain, len(scenario.boxes) + len(scenario.agents))
     return Layout(
         robot,
         terrain,
@@ -132,7 +143,18 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
             for node in scenario.agents
         ),
         0.25 * scale * topology.mean_length,
+        shelf,
     )  # fmt: skip
+
+
+def _with_shelf(terrain: Terrain, bodies: int) -> tuple[Terrain, tuple[tuple[float, float, float], ...]]:
+    """Ground for bodies that are not there, far beyond all other, and a place on it for each."""
+    low, x = min(ground.z for ground in terrain.grounds), max(ground.xmax for ground in terrain.grounds) + SHELF_AWAY
+    y = min(ground.ymin for ground in terrain.grounds)
+    places = tuple((x, y + SHELF_ROOM * i, low) for i in range(bodies))
+    half = SHELF_ROOM / 2
+    ground = Ground(x - half, y - half, x + half, y + SHELF_ROOM * bodies - half, low)
+    return replace(terrain, grounds=(*terrain.grounds, ground)), places
 
 
 def _check_work(scenario: Scenario, scale: float, levels: int, ramps: int) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import finalize
 
 from colonysim.arguments import as_seed, real, whole
+from colonysim.backends.changes import refuse_changes
 from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import make_backend, make_policy
@@ -23,6 +24,7 @@ from colonysim.simulation.foreign.answers import SHOWN
 from colonysim.simulation.initial import load_fields
 from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
+from colonysim.simulation.timeline import refuse_unknown_fields
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
 from colonysim.suggest import nearest
 from colonysim.trace.checks import LONGEST
@@ -112,6 +114,8 @@ class Colony:
         if initial:
             load_fields(world, self._fields, initial)
         made = make_backend(backend, backend_options, scenario)
+        refuse_changes(scenario, str(made.name), getattr(made, "changes", ()))
+        refuse_unknown_fields(scenario, self._fields)
         if id(made) in _MOVING:
             raise ColonysimError("this backend moves another colony already; make one for each, or close that one")
         self._body = checked_backend(made, world, rows, recording=sink is not None)

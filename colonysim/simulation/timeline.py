@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 import simpy
 
 from colonysim.simulation.alarms import Alarm
+from colonysim.suggest import nearest
 from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from colonysim.backends.protocol import Backend
     from colonysim.scenario.changes import Change
+    from colonysim.scenario.scenario import Scenario
     from colonysim.simulation.episode import Episode
     from colonysim.world.state import World
 
-__all__ = ["CHANGES_FIRST", "Timeline"]
+__all__ = ["CHANGES_FIRST", "Timeline", "refuse_unknown_fields"]
 
 CHANGES_FIRST = 1.5
 """SimPy's priority of changes: after its own events, before whatever else happens at that time (see `episode.ENDS`).
@@ -27,6 +29,19 @@ Changes of one time happen in the order of the file.
 STEP = 1e-6
 _OF_PLACE = ("add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal")
 """What happens to the place before an episode's first event: a backend builds it as it is then."""
+
+
+def refuse_unknown_fields(scenario: Scenario, fields: Collection[str]) -> None:
+    """Refuses a timeline that wipes marks of fields that there are not.
+
+    Raises:
+        ScenarioError: It does.
+    """
+    for change in scenario.changes:
+        for n, name in enumerate(change.fields or ()):
+            if name not in fields:
+                path = f"changes.{change.number}.wipe.fields.{n}"
+                raise scenario.fault(path, f"the policy has no field {name!r}; {nearest(name, fields)}")
 
 
 class _Due(Alarm):

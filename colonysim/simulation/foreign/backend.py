@@ -14,6 +14,7 @@ from colonysim.world.intents import BoxPlace, Outcome
 if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend, Finished
     from colonysim.randomness import Streams
+    from colonysim.scenario.changes import Change
     from colonysim.trace.rows import Rows
     from colonysim.world.intents import Move
     from colonysim.world.state import Place, World
@@ -35,6 +36,7 @@ class ForeignBackend(Foreign):
         self.edge_seconds = 1.0
         self._under_way: dict[int, Move] = {}
         self.feasible_way = self._along if getattr(backend, "feasible_way", None) is not None else None
+        self.changed = self._hear_of if getattr(backend, "changed", None) is not None else None
 
     def reset(self, world: World, streams: Streams) -> None:
         """The times that it is known by are above 0 then."""
@@ -52,6 +54,9 @@ class ForeignBackend(Foreign):
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """A chance for each target."""
         return self._chances("feasible", agent, self._call("feasible", agent, box, targets, agent=agent), len(targets))
+
+    def _hear_of(self, change: Change) -> None:
+        self._call("changed", change)
 
     def _along(self, agent: int, box: int, way: Sequence[int]) -> Sequence[float]:
         given = self._call("feasible_way", agent, box, way, agent=agent)
