@@ -59,14 +59,21 @@ class Board:
     def reset(self) -> None:
         """Back to the start of an episode."""
         self.time, self.step, self.said = 0.0, 0, ""
-        self.agents = {agent: self._ids[node] for agent, node in enumerate(self._scenario.agents)}
-        self.boxes = {box: self._ids[start.node] for box, start in enumerate(self._scenario.boxes)}
+        self.agents = {agent: self._ids[node] for agent, node in enumerate(self._scenario.agents_at_start)}
+        self.boxes = {box: self._ids[start.node] for box, start in enumerate(self._scenario.boxes_at_start)}
+        self.goal = self._ids[self._scenario.goal]
 
     def take(self, event: Event) -> None:
         """Takes note of an event."""
-        self.time, self.step = event.time, max(self.step, event.step)
+        self.time = event.time
+        if event.kind != "change":
+            self.step = max(self.step, event.step)
         if event.kind == "goal":
             self.agents.pop(event.agent, None)
+        elif event.kind == "start":
+            self.agents[event.agent] = event.node
+        elif event.kind == "change":
+            self._change(event)
         if event.kind != "end":
             return
         self.agents[event.agent] = event.now_at
@@ -74,6 +81,15 @@ class Board:
         self.said = visible(what if event.status == "arrived" else f"{what}: {event.status} {event.reason}".rstrip())
         if event.action == "push" and event.status == "arrived":
             self.boxes[event.box] = event.target
+
+    def _change(self, event: Event) -> None:
+        if event.action == "add_box":
+            self.boxes[event.box] = event.node
+        elif event.action == "remove_box":
+            self.boxes.pop(event.box, None)
+        elif event.action == "move_goal":
+            self.goal = event.node
+        self.said = visible(f"the timeline: {event.action}")
 
     def draw(self, width: int, height: int) -> Text:
         """The map, at most so many characters wide and high; what stands on something hides it."""
@@ -97,7 +113,7 @@ class Board:
             put(node, "·", QUIET)
         for hole in self._scenario.holes:
             put(ids[hole.node], " ", HOLE)
-        put(ids[self._scenario.goal], "◆", GOAL)
+        put(self.goal, "◆", GOAL)
         for box, node in self.boxes.items():
             put(node, str(box % 10), BOX)
         for agent, node in self.agents.items():

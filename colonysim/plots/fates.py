@@ -31,8 +31,7 @@ def fates_figure(run: Run) -> Figure:
     boxes = len(scenario.boxes)
     ends: Counter[tuple[int, int]] = Counter()
     for result in run.episodes:
-        for box, way in follow(scenario, run.events(result.episode)).boxes.items():
-            at = way[-1]
+        for box, at in follow(scenario, run.events(result.episode)).boxes_at_end().items():
             ends[box, holes.get(at, len(holes) + (at != ids[scenario.boxes[box].node]))] += 1
     many = max(boxes, len(places)) > _MOST_NUMBERS
     width = 3.0 + (3.5 if many else max(0.72 * len(places), 4.2))

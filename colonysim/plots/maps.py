@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 from matplotlib.lines import Line2D
 
 from colonysim.plots.canvas import AGENT, AGENT_INK, BLOCKED, BOX, GOAL, HOLE, INK, QUIET, Canvas, heading_of, panels
-from colonysim.trace.replay import blocked_edges, follow
+from colonysim.trace.replay import blocked_edges, follow, with_boxes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -27,25 +29,45 @@ def map_figure(run: Run, episode: int) -> Figure:
     ways = follow(scenario, run.events(episode))
     figure, (first, last) = panels(canvas, 2, heading_of("Map", run), legend=True)
     for axis, at, title in ((first, 0, "start of each episode"), (last, -1, f"end of episode {episode}")):
-        boxes = {box: way[at] for box, way in ways.boxes.items()}
-        agents = {agent: way[at] for agent, way in ways.agents.items() if not (at and agent in ways.gone)}
-        draw_place(canvas, axis, boxes, agents)
+        if at:
+            boxes, goal = ways.boxes_at_end(), with_boxes(scenario, {}, ways.changed).goal
+            agents = {agent: way[-1] for agent, way in ways.agents.items() if agent not in ways.gone}
+            draw_place(canvas, axis, boxes, agents, ways.changed, goal)
+        else:
+            ids = scenario.topology.ids
+            boxes = {box: ids[start.node] for box, start in enumerate(scenario.boxes_at_start)}
+            draw_place(canvas, axis, boxes, {agent: ids[at] for agent, at in enumerate(scenario.agents_at_start)})
         canvas.frame(axis, title)
     figure.legend(handles=_legend(), loc="lower center", ncols=6, fontsize=7, frameon=False)
     return figure
 
 
-def draw_place(canvas: Canvas, axes: Axes, boxes: dict[int, int], agents: dict[int, int]) -> None:
-    """Draws the place with its boxes and agents on their nodes."""
+def draw_place(
+    canvas: Canvas,
+    axes: Axes,
+    boxes: dict[int, int],
+    agents: dict[int, int],
+    changed: Sequence[int] = (),
+    goal: int | None = None,
+) -> None:
+    """Draws the place with its boxes and agents on their nodes.
+
+    Args:
+        canvas: The place.
+        axes: Where to draw.
+        boxes: The node number of each box.
+        agents: That of each agent.
+        changed: Changes of the timeline that have happened, as for `with_boxes`.
+        goal: Index of the goal; the scenario's own if None.
+    """
     scenario = canvas.scenario
     ids = scenario.topology.ids
     holes = {ids[hole.node]: hole for hole in scenario.holes}
-    goal = ids[scenario.goal]
     canvas.edges(axes)
-    _slashes(canvas, axes, blocked_edges(scenario, boxes))
+    _slashes(canvas, axes, blocked_edges(scenario, boxes, changed))
     canvas.nodes(axes, sorted(set(boxes.values())), BOX, shape="s", size=1.4)
     canvas.nodes(axes, sorted(set(agents.values())), AGENT, size=1.4)
-    canvas.nodes(axes, [goal], GOAL, shape="D", size=1.3)
+    canvas.nodes(axes, [ids[scenario.goal if goal is None else goal]], GOAL, shape="D", size=1.3)
     canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white")
     canvas.nodes(axes, list(holes), HOLE, shape="s")
     canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})

@@ -166,9 +166,7 @@ class Stigmergy(Decider):
     def _think(self, view: LocalView, memory: Memory, draw: Callable[[], float]) -> Decision:
         """Algorithm 9; `draw` returns the next number of the agent's stream, 0 <= draw() < 1."""
         if memory.shunned >= 0 and view.node != memory.shunned_at:
-            memory = new_memory(
-                memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1, memory.vain
-            )
+            memory = new_memory(memory.epsilon, memory.box, memory.hole, memory.way, memory.sought, -1, -1, memory.vain)
         if memory.box >= 0:
             carried = self._carry(view, memory)
             if carried is not None:

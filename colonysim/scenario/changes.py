@@ -251,9 +251,7 @@ class _Reader:
             more = {"agents": tuple(agents), "seconds": None if seconds is None else float(seconds)}
         else:
             more = self._wiped(number, section)
-        return Change(
-            number, kind, float(section.time), first, last, self._condition(number, section.when), **more
-        )  # type: ignore[arg-type]
+        return Change(number, kind, float(section.time), first, last, self._condition(number, section.when), **more)  # type: ignore[arg-type]
 
     def _number(self, number: int, count: int, what: str, path: str) -> int:
         if number < count:

@@ -42,6 +42,7 @@ MAX_PARTS = 200
 FORM_TAGS = ("\0list", "\0mapping", "\0plain")
 """Names of the ways of writing a thing; they stand in pydantic's error paths, and no field may be called so."""
 
+
 def _form(value: Any) -> str | None:
     """Which way of writing a thing was used."""
     if isinstance(value, (list, tuple)):

@@ -8,6 +8,7 @@ import simpy
 
 from colonysim.simulation.alarms import Alarm
 from colonysim.suggest import nearest
+from colonysim.world.changing import make, possible
 from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
@@ -97,8 +98,8 @@ class Timeline:
         for alarm in self._of_now:
             change = alarm.change
             at_once = change.time == 0.0 and change.condition is None and change.kind in _OF_PLACE
-            if at_once and self._possible(change):
-                self._begun.append((change, self._make(change)))
+            if at_once and possible(self._world, change):
+                self._begun.append((change, make(self._world, change)))
 
     def begin(self) -> None:
         """The episode has begun: what has changed is written down, and the rest gets its time."""
@@ -122,15 +123,16 @@ class Timeline:
 
     def come(self, alarm: _Due, due: float) -> None:
         """The time of a change has come."""
+        going_on = self._episode._goes_on(due)  # while a change is to come nothing has stalled
         self.armed -= 1
-        if not self._episode._goes_on(due):
+        if not going_on:
             return
         if not self._ready(alarm.change):
             self.waiting.append(alarm)
             self._episode.awaited = True
             return
         self._episode.last_outcome = due
-        self._tell(alarm.change, self._make(alarm.change))
+        self._tell(alarm.change, make(self._world, alarm.change))
 
     def notice(self) -> None:
         """Something has happened: what waits for it has its time now."""
@@ -143,7 +145,7 @@ class Timeline:
     # -- what can be -------------------------------------------------------------------------------------------------
 
     def _ready(self, change: Change) -> bool:
-        return self._holds(change) and self._possible(change)
+        return self._holds(change) and possible(self._world, change)
 
     def _holds(self, change: Change) -> bool:
         """Whether what a change waits for is so."""
@@ -156,39 +158,7 @@ class Timeline:
             return world.seated() >= condition.value
         return sum(status is AgentStatus.GOAL for status in world.agent_status) >= condition.value
 
-    def _possible(self, change: Change) -> bool:
-        """Whether nobody is in the way of a change."""
-        world, node = self._world, change.node
-        if change.kind == "add_box":
-            return world.occupant[node] == -1 and world.node_holder[node] == -1 and node != world.goal
-        if change.kind == "remove_box":
-            at = world.box_node[change.box]
-            held = at < 0 or world.box_claim[change.box] != -1
-            return not held and world.occupant[at] == -1 and world.node_holder[at] == -1
-        if change.kind == "add_agent":
-            return world.occupant[node] == -1 and world.node_holder[node] == -1 and world.top[node] == -1
-        return True
-
     # -- what happens ------------------------------------------------------------------------------------------------
-
-    def _make(self, change: Change) -> int:
-        """Lets a change happen to the place; returns the node concerned, or -1."""
-        world, node = self._world, change.node
-        if change.kind == "add_edge":
-            world.terrain.give_edge(node, change.target, world.floor)
-        elif change.kind == "remove_edge":
-            world.terrain.take_edge(node, change.target)
-        elif change.kind == "set_surface":
-            world.set_floor(node, change.z)
-        elif change.kind == "add_box":
-            world.add_box(change.box)
-        elif change.kind == "remove_box":
-            return world.remove_box(change.box)
-        elif change.kind == "move_goal":
-            world.move_goal(node)
-        elif change.kind == "add_agent":
-            world.join(change.agents[0])
-        return node
 
     def _tell(self, change: Change, at: int) -> None:
         """Lets everybody know of a change that has happened to the place, and what it means to agents and marks.

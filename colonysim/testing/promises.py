@@ -89,7 +89,10 @@ def world_state(world: World) -> dict[str, Any]:
     """Everything in a world that can change, by attribute: arrays as lists, and what is keyed as dictionaries."""
     names = [name for name in type(world).__slots__ if not name.startswith("_")]
     values = {name: getattr(world, name) for name in names if name not in {"scenario", "topology", "terrain"}}
-    return {name: repr(value if isinstance(value, (dict, float)) else list(value)) for name, value in values.items()}
+    values["rises"] = world.terrain.rises
+    return {
+        name: repr(value if isinstance(value, (dict, float, int)) else list(value)) for name, value in values.items()
+    }
 
 
 @contextmanager

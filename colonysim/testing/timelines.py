@@ -27,7 +27,7 @@ def random_changes(
     holes = [hole["node"] if isinstance(hole, dict) else hole for hole in document["holes"]]
     ground = [node for node in ids if node not in holes]
     agents, boxes = len(document["agents"]), len(document["boxes"])
-    goals = {document["goal"]}
+    goals, boxed = {document["goal"]}, set[int]()
     found: list[dict[str, Any]] = []
     for _ in range(rng.randint(1, whole("most", most))):
         options = ["add_edge", "remove_edge", "set_surface", "move_goal", "add_agent", "fail", "wipe"]
@@ -48,7 +48,7 @@ def random_changes(
             node = rng.choice(document["nodes"])
             change[kind] = {"node": node[0], "z": round(node[3] - rng.choice([0.1, 0.35, 0.7]), 2)}
         elif kind == "move_goal":
-            change[kind] = rng.choice(ground)
+            change[kind] = rng.choice([node for node in ground if node not in boxed] or [document["goal"]])
             goals.add(change[kind])
         elif kind == "add_agent":
             change[kind] = rng.choice(ground)
@@ -60,9 +60,11 @@ def random_changes(
         elif kind == "wipe":
             change[kind] = rng.choice([{}, {"nodes": rng.sample(ids, 2)}, {"fields": ["D"]}])
         elif kind == "add_box":
-            change[kind] = {"node": rng.choice(ids), "height": 0.35}
+            node = rng.choice([node for node in ids if node not in goals])
+            change[kind] = {"node": node, "height": 0.35}
+            boxed.add(node)
             boxes += 1
         else:
             change[kind] = rng.randrange(boxes)
         found.append(change)
-    return [change for change in found if change.get("add_box", {}).get("node") not in goals]
+    return found

@@ -6,6 +6,8 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from colonysim.errors import TraceError
+from colonysim.world.changing import make
 from colonysim.world.state import World
 
 if TYPE_CHECKING:
@@ -17,32 +19,57 @@ if TYPE_CHECKING:
 __all__ = ["Ways", "blocked_edges", "follow", "with_boxes"]
 
 
+_OF_PLACE = ("add_edge", "remove_edge", "set_surface", "move_goal")
+"""Changes that no body tells of."""
+
+
 @dataclass(slots=True)
 class Ways:
     """The nodes that each agent and box was on, in order; the last is where it ended.
 
     Attributes:
         agents: By agent, node numbers.
-        boxes: By box, node numbers.
+        boxes: By box, node numbers; none for a box that did not appear.
         gone: Agents that left at the goal.
+        taken: Boxes that disappeared or have not appeared.
+        changed: Positions in the scenario's timeline of the changes that happened, in order.
     """
 
     agents: dict[int, list[int]] = field(default_factory=lambda: defaultdict(list))
     boxes: dict[int, list[int]] = field(default_factory=dict)
     gone: set[int] = field(default_factory=set)
+    taken: set[int] = field(default_factory=set)
+    changed: list[int] = field(default_factory=list)
+
+    def boxes_at_end(self) -> dict[int, int]:
+        """The node number of each box that is there at the end."""
+        return {box: way[-1] for box, way in self.boxes.items() if box not in self.taken}
 
 
 def follow(scenario: Scenario, events: Iterable[Event]) -> Ways:
     """Follows the agents and boxes through the events of one episode."""
     ids = scenario.topology.ids
     ways = Ways()
-    for agent, start in enumerate(scenario.agents):
+    for agent, start in enumerate(scenario.agents_at_start):
         ways.agents[agent] = [ids[start]]
-    for box, place in enumerate(scenario.boxes):
-        ways.boxes[box] = [ids[place.node]]
+    for box in range(len(scenario.boxes)):
+        ways.boxes[box] = []
+        ways.taken.add(box)
+    for box, place in enumerate(scenario.boxes_at_start):
+        ways.boxes[box].append(ids[place.node])
+        ways.taken.remove(box)
     for event in events:
         if event.kind == "goal":
             ways.gone.add(event.agent)
+        elif event.kind == "start" and event.agent not in ways.agents:
+            ways.agents[event.agent] = [event.node]
+        elif event.kind == "change":
+            ways.changed.append(event.step)
+            if event.action == "add_box":
+                ways.taken.discard(event.box)
+                ways.boxes[event.box].append(event.node)
+            elif event.action == "remove_box":
+                ways.taken.add(event.box)
         if event.kind != "end":
             continue
         if event.now_at != ways.agents[event.agent][-1]:
@@ -53,27 +80,42 @@ def follow(scenario: Scenario, events: Iterable[Event]) -> Ways:
     return ways
 
 
-def with_boxes(scenario: Scenario, boxes: dict[int, int]) -> World:
+def with_boxes(scenario: Scenario, boxes: dict[int, int], changed: Iterable[int] = ()) -> World:
     """The place with its boxes elsewhere, and its agents where they start.
 
     Args:
         scenario: The place.
-        boxes: The node number that each box is on; boxes that are not named are where they start.
+        boxes: The node number that each box is on; others are not there.
+        changed: Positions in the scenario's timeline of the changes that the place has gone through.
+
+    Raises:
+        TraceError: There is no such change.
     """
     world = World(scenario)
+    for number in changed:
+        if not 0 <= number < len(scenario.changes):
+            raise TraceError(f"events: a change {number}, but the scenario's timeline has {len(scenario.changes)}")
+        if scenario.changes[number].kind in _OF_PLACE:
+            make(world, scenario.changes[number])
+    for box in range(len(scenario.boxes)):
+        if box not in boxes and world.box_node[box] >= 0:
+            world.remove_box(box)
+        elif box in boxes and world.box_node[box] < 0:
+            world.add_box(box)
     for box, node in boxes.items():
         world.move_box(box, scenario.topology.index[node])
     return world
 
 
-def blocked_edges(scenario: Scenario, boxes: dict[int, int]) -> list[tuple[int, int]]:
-    """The edges whose ends are not level: too high a step for anyone (paper Section 3.3).
+def blocked_edges(scenario: Scenario, boxes: dict[int, int], changed: Iterable[int] = ()) -> list[tuple[int, int]]:
+    """The edges that nobody can pass: their ends are not level (paper Section 3.3), or they are not there.
 
     Args:
         scenario: The place.
         boxes: The node number that each box is on.
+        changed: As for `with_boxes`.
     """
-    world, topology = with_boxes(scenario, boxes), scenario.topology
+    world, topology = with_boxes(scenario, boxes, changed), scenario.topology
     return [
         (topology.ids[i], topology.ids[j])
         for i, others in enumerate(topology.neighbours)

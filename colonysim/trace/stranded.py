@@ -125,10 +125,10 @@ def stranded(run: Run, episodes: Collection[int] | None = None) -> list[Stranded
 
 def _of_episode(scenario: Scenario, events: list[Event], ended: str) -> Iterator[Stranded]:
     ways = follow(scenario, events)
-    absent = sorted(set(range(len(scenario.agents))) - ways.gone)
+    absent = sorted(set(ways.agents) - ways.gone)
     if not absent:
         return
-    world = with_boxes(scenario, {box: way[-1] for box, way in ways.boxes.items()})
+    world = with_boxes(scenario, ways.boxes_at_end(), ways.changed)
     events_of: defaultdict[int, list[Event]] = defaultdict(list)
     for event in events:
         events_of[event.agent].append(event)
@@ -151,7 +151,7 @@ def _way_open(scenario: Scenario, world: World, last: Event, node: int) -> bool:
             if j not in reached:
                 reached.add(j)
                 ahead.append(j)
-    return scenario.goal in reached
+    return world.goal in reached
 
 
 def _last_stretch(scenario: Scenario, world: World, events: list[Event], ended: str) -> Stranded:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from colonysim.plots.canvas import BOX, GOAL, INK, QUIET, named_in
-from colonysim.video.motion import by_events, by_poses, leaving
+from colonysim.video.motion import by_events, by_poses, coming_and_leaving
 from colonysim.video.scene import Scene
 from colonysim.view.reading import kept_columns
 
@@ -52,7 +52,7 @@ class Film:
         self._times = np.minimum(np.arange(frames) / moving, 1.0) * result.sim_seconds
         bodies = len(kept_columns(run, "poses", [result.episode])) > 0
         self._motion = (by_poses if bodies else by_events)(run, result.episode, self._times)
-        self._left = leaving(run, result.episode)
+        self._came, self._left = coming_and_leaving(run, result.episode)
         dpi = size[1] / _TALL
         self._figure = Figure(figsize=(size[0] / dpi, _TALL), dpi=dpi, facecolor="white")
         self._canvas = _canvas(self._figure)
@@ -71,9 +71,8 @@ class Film:
 
     def __getitem__(self, frame: int) -> NDArray[np.uint8]:
         time = float(self._times[frame])
-        there = self._left > time
-        self._scene.show(frame, there)
-        self._caption.show(time, int((~there).sum()), self._scene.filled(frame))
+        self._scene.show(frame, (self._came <= time) & (time < self._left))
+        self._caption.show(time, int((self._left <= time).sum()), self._scene.filled(frame))
         self._canvas.restore_region(self._ground)
         for axes, artist in self._parts:
             axes.draw_artist(artist)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from colonysim.trace.reader import Run
 
-__all__ = ["Motion", "by_events", "by_poses", "leaving"]
+__all__ = ["Motion", "by_events", "by_poses", "coming_and_leaving"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +36,15 @@ class Motion:
     boxes_at: NDArray[np.int64]
 
 
-def leaving(run: Run, episode: int) -> NDArray[np.float64]:
-    """When each agent reached the goal and left, seconds; infinity for one that did not."""
-    left = np.full(len(run.scenario.agents), math.inf)
+def coming_and_leaving(run: Run, episode: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """When each agent was there first, and when it reached the goal and left, seconds; infinity if it did not."""
+    came, left = (np.full(len(run.scenario.agents), math.inf) for _ in range(2))
     for event in run.events(episode):
-        if event.kind == "goal":
+        if event.kind == "start":
+            came[event.agent] = event.time
+        elif event.kind == "goal":
             left[event.agent] = event.time
-    return left
+    return came, left
 
 
 def by_poses(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
@@ -57,14 +59,16 @@ def by_poses(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
             rows = np.flatnonzero((codes == words.index(body)) & (number == i))
             for axis, name in enumerate(("x", "y", "yaw")):
                 values = np.nan_to_num(poses.column(name)[rows])
-                made[:, i, axis] = np.interp(times, time[rows], np.unwrap(values) if name == "yaw" else values)
+                if len(rows):
+                    made[:, i, axis] = np.interp(times, time[rows], np.unwrap(values) if name == "yaw" else values)
         return made
 
     scenario = run.scenario
     boxes = len(scenario.boxes)
+    at = _boxes_at(run, episode, times)
     return Motion(
-        tracks("agent", len(scenario.agents)), tracks("box", boxes) if boxes else np.zeros((len(times), 0, 3)),
-        _boxes_at(run, episode, times),
+        tracks("agent", len(scenario.agents)), _there(tracks("box", boxes), at) if boxes else np.zeros((len(times), 0, 3)),
+        at,
     )  # fmt: skip
 
 
@@ -75,6 +79,9 @@ def by_events(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
     agents = [_Way(topology.x[node], topology.y[node]) for node in scenario.agents]
     boxes = [_Way(topology.x[box.node], topology.y[box.node]) for box in scenario.boxes]
     for event in run.events(episode):
+        if event.kind == "change" and event.action == "add_box":
+            there = topology.index[event.node]
+            boxes[event.box].go(event.time, event.time, topology.x[there], topology.y[there])
         if event.kind != "end":
             continue
         here = topology.index[event.now_at]
@@ -82,7 +89,14 @@ def by_events(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
         if event.action == "push" and event.status == "arrived":
             there = topology.index[event.target]
             boxes[event.box].go(event.began, event.time, topology.x[there], topology.y[there])
-    return Motion(_sample(agents, times), _sample(boxes, times, turning=False), _boxes_at(run, episode, times))
+    at = _boxes_at(run, episode, times)
+    return Motion(_sample(agents, times), _there(_sample(boxes, times, turning=False), at), at)
+
+
+def _there(tracks: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+    """The tracks of boxes, nan while they are not there: nothing is drawn of them then."""
+    tracks[at < 0] = math.nan
+    return tracks
 
 
 class _Way:
@@ -114,8 +128,15 @@ def _boxes_at(run: Run, episode: int, times: NDArray[np.float64]) -> NDArray[np.
     scenario = run.scenario
     events = kept_columns(run, "events", [episode])
     after: NDArray[Any] = boxes_after(scenario, events, kept_columns(run, "poses", [episode]))
-    at = np.tile(np.array([box.node for box in scenario.boxes], dtype=np.int64), (len(times), 1))
+    starts = [box.node for box in scenario.boxes_at_start]
+    starts += [-1] * (len(scenario.boxes) - len(starts))
+    at = np.tile(np.array(starts, dtype=np.int64), (len(times), 1))
     when, box = events.column("time"), events.column("box")
     for i in np.flatnonzero(after >= 0):
         at[times >= when[i], box[i]] = scenario.topology.index[int(after[i])]
+    if scenario.changes:
+        for event in run.events(episode):
+            if event.kind == "change" and event.action in ("add_box", "remove_box"):
+                there = scenario.topology.index[event.node] if event.action == "add_box" else -1
+                at[times >= event.time, event.box] = there
     return at

@@ -162,6 +162,20 @@ def _add_place(block: Block, scenario: Scenario) -> None:
     block.reals("boxes.height", [box.height for box in scenario.boxes])
     block.ints("agents.node", scenario.agents)
     block.head["goal"] = scenario.goal
+    block.head["later"] = _later(scenario, begins[once], ends[once])
+
+
+def _later(scenario: Scenario, begins: NDArray[Any], ends: NDArray[Any]) -> dict[str, Any]:
+    """What the timeline brings: edges by index, how many of the last boxes and agents, and heights of surfaces."""
+    brought = scenario.newcomers
+    absent = brought.edges if brought else frozenset()
+    edges = zip(begins.tolist(), ends.tolist(), strict=True)
+    return {
+        "edges": [e for e, edge in enumerate(edges) if edge in absent] if absent else [],
+        "boxes": len(brought.boxes) if brought else 0,
+        "agents": len(brought.agents) if brought else 0,
+        "surfaces": [change.z for change in scenario.changes],
+    }
 
 
 def _add_events(block: Block, events: Columns, nodes: _Nodes) -> None:

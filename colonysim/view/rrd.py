@@ -154,16 +154,21 @@ class _Recording:
         kinds, kind = events.words("kind")
         lift = np.array([0.0, 0.0, 0.5 * self._agent_size[2]])
         for i, number in enumerate(self._numbers):
-            agents = [places[node] + lift for node in scenario.agents]
+            agents = [places[node] + lift for node in scenario.agents_at_start]
             stacks: dict[int, list[int]] = {}
             boxes = []
-            for box, start in enumerate(scenario.boxes):
+            for box, start in enumerate(scenario.boxes_at_start):
                 boxes.append(self._on_top(stacks, start.node, box, heights))
             here = {f"agent/{agent}": at for agent, at in enumerate(agents)}
             here |= {f"box/{box}": at for box, at in enumerate(boxes)}
             for path, at in here.items():
                 ways.setdefault(path, []).append((self._begins[i], number, at))
             for row in range(events.first[i], events.first[i + 1]):
+                if kinds[kind[row]] in ("start", "change"):
+                    path, at = self._appears(row, stacks, heights, lift)
+                    if path:
+                        here[path] = at
+                        ways.setdefault(path, []).append((self._begins[i] + columns[1][row], number, at))
                 if kinds[kind[row]] != "end":
                     continue
                 began, time, agent, box, now_at = (column[row] for column in columns)
@@ -178,6 +183,20 @@ class _Recording:
         for path, way in ways.items():
             times, episodes, points = zip(*way, strict=True)
             self._columns(path, times, episodes, self._rerun.Transform3D.columns(translation=np.array(points)))
+
+    def _appears(
+        self, row: int, stacks: dict[int, list[int]], heights: NDArray[Any], lift: NDArray[np.float64]
+    ) -> tuple[str, NDArray[np.float64]]:
+        """Which body an event puts somewhere, and where; no body for most events."""
+        events, index = self._events, self._scenario.topology.index
+        kinds, kind = events.words("kind")
+        actions, action = events.words("action")
+        node, agent, box = (int(events.column(name)[row]) for name in ("node", "agent", "box"))
+        if kinds[kind[row]] == "start" and agent >= len(self._scenario.agents_at_start):
+            return f"agent/{agent}", self._places[index[node]] + lift
+        if kinds[kind[row]] == "change" and actions[action[row]] == "add_box":
+            return f"box/{box}", self._on_top(stacks, index[node], box, heights)
+        return "", lift
 
     def _on_top(self, stacks: dict[int, list[int]], node: int, box: int, heights: NDArray[Any]) -> NDArray[np.float64]:
         """Puts a box on a node, upon those that are there; returns where its middle is."""

@@ -19,7 +19,7 @@ pytest.importorskip("matplotlib")
 av = pytest.importorskip("av")
 
 from colonysim.video import write_video  # noqa: E402
-from colonysim.video.motion import by_events, by_poses, leaving  # noqa: E402
+from colonysim.video.motion import by_events, by_poses, coming_and_leaving  # noqa: E402
 
 _SMALL = (240, 180)
 
@@ -85,7 +85,7 @@ def test_agents_move_along_their_edges_and_end_where_the_events_say(easy: colony
     nodes = np.column_stack([topology.x, topology.y])
     assert np.allclose(motion.agents[0, :, :2], nodes[list(easy.scenario.agents)])
     assert np.allclose(motion.agents[-1, :, :2], nodes[easy.scenario.goal])
-    assert np.isfinite(leaving(easy, episode.episode)).all()
+    assert np.isfinite(coming_and_leaving(easy, episode.episode)[1]).all()
     pushed = np.abs(motion.boxes[-1] - motion.boxes[0]).max(axis=1) > 0
     assert pushed.any()
     assert np.allclose(motion.boxes[-1, :, :2], nodes[motion.boxes_at[-1]])

@@ -92,9 +92,38 @@ def test_at_every_episodes_end_everything_is_where_the_trace_says(page: Any, har
         boxes = {box: way[-1] for box, way in ways.boxes.items()}
         assert [ids[node] for node in ask(page, "return [...page.replay.boxNode]")] == list(boxes.values())
         script = "const { run, replay } = page; return [...run.edges.a].flatMap((a, e) => "
-        script += "isBlocked(run, replay.surface, e) ? [[run.nodes.id[a], run.nodes.id[run.edges.b[e]]]] : [])"
+        script += "isBlocked(run, replay, e) ? [[run.nodes.id[a], run.nodes.id[run.edges.b[e]]]] : [])"
         found = ask(page, script.replace("isBlocked", "page.isBlocked"))
         assert [tuple(edge) for edge in found] == blocked_edges(scenario, boxes)
+
+
+def test_it_shows_what_the_timeline_changes(browser: Any, tmp_path: Path) -> None:
+    scenario = colonysim.scenario_from_document(
+        {
+            "nodes": [[i, 2.0 * i, 0.0] for i in range(5)],
+            "edges": [[i, i + 1] for i in range(4)],
+            "agents": [0],
+            "goal": 4,
+            "boxes": [[2, 0.7]],
+            "changes": [
+                {"time": 0.5, "add_edge": [1, 3]},
+                {"time": 1, "remove_edge": [3, 4]},
+                {"time": 2, "add_agent": 0},
+                {"time": 3, "move_goal": 3},
+                {"time": 4, "add_box": {"node": 1, "height": 0.7}},
+                {"time": 5, "remove_box": 0},
+            ],
+        }
+    )
+    show(browser, write_page(colonysim.run(scenario, seed=1, episodes=1, out=tmp_path / "run")))
+    state = "const { replay } = page; return [[...replay.taken], replay.goal, [...replay.boxNode], [...replay.state]]"
+    assert ask(browser, f"page.seek(100); {state}") == [[0, 0, 1, 0, 0], 4, [2, -1], [0, 4]]
+    ask(browser, "page.seek(1e9)")
+    taken, goal, boxes, agents = ask(browser, f"page.seek(1e9); {state}")
+    assert (taken, goal, boxes, agents) == ([0, 0, 0, 0, 1], 3, [-1, 1], [1, 1])
+    assert ask(browser, f"page.seek(100); {state}") == [[0, 0, 1, 0, 0], 4, [2, -1], [0, 4]]
+    assert "the goal is 3 now" in str(ask(browser, "return document.getElementById('events').textContent"))
+    assert errors(browser) == []
 
 
 def test_it_steps_by_event_with_buttons_and_keys(page: Any) -> None:

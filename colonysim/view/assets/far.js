@@ -35,7 +35,7 @@ export class Pixels {
 }
 
 export function drawFarGround(pixels, view) {
-  const { run, camera, colours, land, layer, replay, unit, goal } = view;
+  const { run, camera, colours, land, layer, replay, unit } = view;
   const size = Math.max(1, Math.round(0.86 * unit * pixels.ratio));
   const ground = Uint32Array.from({ length: 32 }, (_, i) => packed(mix(colours["land-low"], colours["land-high"], i / 31)));
   const scale = Uint32Array.from({ length: 256 }, (_, i) => packed(scaleColour(i / 255)));
@@ -53,7 +53,7 @@ export function drawFarGround(pixels, view) {
       if (!Number.isNaN(value)) put(layer.nodes[i], scale[Math.round(255 * Math.min(Math.max(shareOf(layer, value), 0), 1))]);
     }
   }
-  put(goal, packed(colours.goal), Math.max(3 * size, 9));
+  put(replay.goal, packed(colours.goal), Math.max(3 * size, 9));
 }
 
 export function drawFarThings(pixels, view) {
@@ -61,9 +61,9 @@ export function drawFarThings(pixels, view) {
   const size = Math.max(2, Math.round(0.62 * unit * pixels.ratio));
   const box = packed(colours.box), agent = packed(colours.agent), waits = packed(colours.waiting), done = packed(colours.quiet);
   const { boxX, boxY, agentX, agentY, state, waitsFor, action } = replay;
-  for (let i = 0; i < boxX.length; i++) pixels.square(camera.screenX(boxX[i]), camera.screenY(boxY[i]), size + 1, box);
+  for (let i = 0; i < boxX.length; i++) if (replay.boxNode[i] >= 0) pixels.square(camera.screenX(boxX[i]), camera.screenY(boxY[i]), size + 1, box);
   for (let i = 0; i < agentX.length; i++) {
-    if (state[i] === 1) continue;
+    if (!replay.present(i)) continue;
     const colour = state[i] ? done : waitsFor[i] >= 0 && action[i] < 0 ? waits : agent;
     pixels.square(camera.screenX(agentX[i]), camera.screenY(agentY[i]), size, colour);
   }

@@ -16,10 +16,10 @@ export function landShares(run) {
   return Float32Array.from(heights, (height) => (high > low ? (height - low) / (high - low) : 0.75));
 }
 
-/** The edges whose ends are not level: nobody can pass them (paper Section 3.3). */
-export function isBlocked(run, surface, edge) {
+/** The edges that nobody can pass: their ends are not level (paper Section 3.3), or the edge has been taken away. */
+export function isBlocked(run, { surface, taken }, edge) {
   const { a, b, rise } = run.edges;
-  return Math.abs(surface[b[edge]] - surface[a[edge]] - rise[edge]) >= run.reach - 1e-5;
+  return taken[edge] === 1 || Math.abs(surface[b[edge]] - surface[a[edge]] - rise[edge]) >= run.reach - 1e-5;
 }
 
 /** Land and edges: what changes only with the surfaces. */
@@ -88,13 +88,13 @@ function drawEdges(pen, { run, colours, unit, dot, replay }, { xs, ys, seen }) {
   for (let e = 0; e < a.length; e++) {
     if (!seen(a[e], unit) && !seen(b[e], unit)) continue;
     const [x0, y0, x1, y1] = [xs[a[e]], ys[a[e]], xs[b[e]], ys[b[e]]];
-    segment(rise[e] ? paths.slope : paths.flat, x0, y0, x1, y1);
+    if (!replay.taken[e]) segment(rise[e] ? paths.slope : paths.flat, x0, y0, x1, y1);
     const x = (x0 + x1) / 2, y = (y0 + y1) / 2, angle = Math.atan2(y1 - y0, x1 - x0);
     if (rise[e] && dot > 5) { // an arrow points uphill
       const way = rise[e] > 0 ? angle : angle + Math.PI, size = 0.5 * dot;
       for (const side of [2.5, -2.5]) segment(paths.arrow, x, y, x + size * Math.cos(way + side), y + size * Math.sin(way + side));
     }
-    if (isBlocked(run, replay.surface, e)) { // 60 degrees to the edge, so that it reads as a slash
+    if (isBlocked(run, replay, e)) { // 60 degrees to the edge, so that it reads as a slash
       const dx = 0.16 * unit * Math.cos(angle + Math.PI / 3), dy = 0.16 * unit * Math.sin(angle + Math.PI / 3);
       segment(paths.blocked, x - dx, y - dy, x + dx, y + dy);
     }
@@ -114,7 +114,7 @@ function drawEdges(pen, { run, colours, unit, dot, replay }, { xs, ys, seen }) {
   pen.lineCap = "butt";
 }
 
-function drawNodes(pen, { run, colours, dot, replay, layer, goal }, { xs, ys, seen }) {
+function drawNodes(pen, { run, colours, dot, replay, layer }, { xs, ys, seen }) {
   const { css } = colours;
   const shown = new Map();
   layer?.nodes.forEach((node, i) => {
@@ -129,8 +129,8 @@ function drawNodes(pen, { run, colours, dot, replay, layer, goal }, { xs, ys, se
     // On 64 steps of the scale, each of which is painted once.
     stamp.draw(pen, xs[i], ys[i], shown.has(i) ? scaleStyle(Math.round(63 * shown.get(i)) / 63) : css.node);
   }
-  diamond(pen, xs[goal], ys[goal], 1.75 * dot, null, css.goal, Math.max(2, dot / 4));
-  if (dot <= 5) diamond(pen, xs[goal], ys[goal], dot + 2, css.goal);
+  diamond(pen, xs[replay.goal], ys[replay.goal], 1.75 * dot, null, css.goal, Math.max(2, dot / 4));
+  if (dot <= 5) diamond(pen, xs[replay.goal], ys[replay.goal], dot + 2, css.goal);
   if (!numbered) return;
   for (let i = 0; i < xs.length; i++) {
     if (!seen(i, dot) || holes.has(i)) continue;

@@ -16,7 +16,6 @@ export class MapView {
     this.layer = null;
     this.agent = -1;
     this.decision = null;
-    this.goal = run.goal;
     this.land = landShares(run);
     this.length = meanLength(run);
     this.camera = new Camera(boundsOf(run, this.length));
@@ -111,7 +110,7 @@ export class MapView {
       }
       return [found, best];
     };
-    const [agent, near] = nearest(replay.agentX.length, (i) => replay.state[i] !== 1 && [replay.agentX[i], replay.agentY[i]]);
+    const [agent, near] = nearest(replay.agentX.length, (i) => replay.present(i) && [replay.agentX[i], replay.agentY[i]]);
     const [box, nearer] = nearest(replay.boxX.length, (i) => [replay.boxX[i], replay.boxY[i]]);
     const [hole] = nearest(run.holes.length, (i) => [run.nodes.x[run.holes[i][0]], run.nodes.y[run.holes[i][0]]]);
     const found = {};

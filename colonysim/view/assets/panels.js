@@ -30,6 +30,7 @@ export function describe(run, row) {
     case "spent": return { text: `${who} has used up its steps at ${id("node")}`, bad: true };
     case "lost": return { text: `${who} is lost at ${id("node")}`, bad: true };
     case "wait": return { text: `${who} waits at ${id("node")}${events.target[row] >= 0 ? ` for ${id("target")}` : ""}` };
+    case "change": return { text: changeOf(run, row) };
     case "episode": return { text: `episode ends: ${said("status")}` };
     default: {
       const bad = said("status") !== "arrived";
@@ -44,6 +45,24 @@ export function describe(run, row) {
   }
 }
 
+/** A change of the scenario's timeline in words. */
+function changeOf(run, row) {
+  const { events, nodes } = run;
+  const [node, target] = [nodes.id[events.node[row]], nodes.id[events.target[row]]];
+  const box = `box ${events.box[row]}`;
+  return {
+    add_edge: `edge ${node} – ${target} comes`,
+    remove_edge: `edge ${node} – ${target} goes`,
+    set_surface: `the surface of ${node} changes`,
+    add_box: `${box} appears at ${node}`,
+    remove_box: `${box} disappears at ${node}`,
+    move_goal: `the goal is ${node} now`,
+    add_agent: `an agent joins at ${node}`,
+    fail: `agent ${events.agent[row]} fails at ${node}`,
+    wipe: "marks are wiped away",
+  }[run["words.action"][events.action[row]]];
+}
+
 /** What the chosen agent is doing, and what it last chose from. */
 export function showAgent(element, run, replay, agent, decision) {
   if (agent < 0) {
@@ -54,7 +73,7 @@ export function showAgent(element, run, replay, agent, decision) {
   const row = replay.action[agent];
   const node = nodes.id[replay.agentNode[agent]];
   let doing = `waits${replay.waitsFor[agent] >= 0 ? ` for ${nodes.id[replay.waitsFor[agent]]}` : ""}`;
-  if (replay.state[agent]) doing = ["", "at the goal", "used up its steps", "lost"][replay.state[agent]];
+  if (replay.state[agent]) doing = ["", "at the goal", "used up its steps", "lost", "not there yet"][replay.state[agent]];
   else if (row >= 0) {
     const box = events.box[row] >= 0 ? `box ${events.box[row]} ` : "";
     const verb = { travel: "travels", take: "goes to take", push: "pushes" }[run["words.action"][events.action[row]]] ?? "acts";

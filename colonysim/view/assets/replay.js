@@ -1,6 +1,6 @@
 // One episode at one moment: what the rows up to there add up to. Times are milliseconds.
 
-export const ACTIVE = 0, AT_GOAL = 1, SPENT = 2, LOST = 3;
+export const ACTIVE = 0, AT_GOAL = 1, SPENT = 2, LOST = 3, ABSENT = 4;
 
 /** The first place in `times[from..to)` whose value is greater than `time`. */
 export function after(times, time, from, to) {
@@ -15,7 +15,10 @@ export function after(times, time, from, to) {
 export class Replay {
   constructor(run) {
     this.run = run;
-    const { nodes, agents, boxes, slots } = run;
+    const { nodes, edges, agents, boxes, slots } = run;
+    this.floor = new Float32Array(nodes.x.length);
+    this.taken = new Uint8Array(edges.a.length); // 1 for edges that are not there now
+    this.goal = run.goal;
     this.surface = new Float32Array(nodes.x.length);
     this.rims = new Map(run.holes.map(([node, , rim]) => [node, rim]));
     this.stacks = new Map(); // node -> boxes from bottom to top
@@ -92,15 +95,21 @@ export class Replay {
   }
 
   rewind() {
-    const { nodes, agents, boxes, starts } = this.run;
+    const { run } = this;
+    const { nodes, agents, boxes, starts } = run;
     this.cursor = this.first;
     this.marks = this.firstDeposit;
     this.time = 0;
+    this.floor.set(nodes.z);
     this.surface.set(nodes.z);
+    this.taken.fill(0);
+    for (const edge of run.later.edges) this.taken[edge] = 1;
+    this.goal = run.goal;
     this.stacks.clear();
-    boxes.node.forEach((node, box) => this.put(box, node));
+    this.boxNode.fill(-1);
+    boxes.node.forEach((node, box) => { if (box < boxes.node.length - run.later.boxes) this.put(box, node); });
     this.agentNode.set(agents.node);
-    this.state.fill(ACTIVE);
+    this.state.fill(ACTIVE).fill(ABSENT, agents.node.length - run.later.agents);
     this.waitsFor.fill(-1);
     this.nextEnd.set(this.endsFirst.subarray(0, this.nextEnd.length));
     this.values.fill(NaN);
@@ -146,8 +155,38 @@ export class Replay {
       return;
     }
     const kind = this.run["words.kind"][events.kind[row]];
-    if (kind === "wait") this.waitsFor[agent] = events.target[row] >= 0 ? events.target[row] : events.node[row];
+    if (kind === "change") this.change(row);
+    else if (kind === "start") this.state[agent] = ACTIVE;
+    else if (kind === "wait") this.waitsFor[agent] = events.target[row] >= 0 ? events.target[row] : events.node[row];
     else if (kind in this.kinds) this.state[agent] = this.kinds[kind];
+  }
+
+  /** What the scenario's timeline does. */
+  change(row) {
+    const { events } = this.run;
+    const node = events.node[row], box = events.box[row];
+    const action = this.run["words.action"][events.action[row]];
+    if (action === "add_edge" || action === "remove_edge") this.taken[this.edge(node, events.target[row])] = action === "remove_edge" ? 1 : 0;
+    else if (action === "add_box") this.put(box, node);
+    else if (action === "remove_box") this.take(box);
+    else if (action === "move_goal") this.goal = node;
+    else if (action === "set_surface") {
+      this.floor[node] = this.run.later.surfaces[events.step[row]];
+      this.level(node);
+    }
+    this.surfaceVersion++;
+    this.markVersion++;
+  }
+
+  /** The place of an edge in the run's list. */
+  edge(i, j) {
+    const { a, b } = this.run.edges;
+    return a.findIndex((node, e) => (node === i && b[e] === j) || (node === j && b[e] === i));
+  }
+
+  /** Whether an agent is to be seen: it has joined and not left. */
+  present(agent) {
+    return this.state[agent] !== AT_GOAL && this.state[agent] !== ABSENT;
   }
 
   put(box, node) {
@@ -158,18 +197,23 @@ export class Replay {
   }
 
   move(box, node) {
+    this.take(box);
+    this.put(box, node);
+    this.surfaceVersion++;
+  }
+
+  take(box) {
     const old = this.boxNode[box];
     const rest = this.stacks.get(old).filter((other) => other !== box);
     if (rest.length) this.stacks.set(old, rest);
     else this.stacks.delete(old);
     this.level(old);
-    this.put(box, node);
-    this.surfaceVersion++;
+    this.boxNode[box] = -1;
   }
 
   level(node) {
-    const { nodes, boxes } = this.run;
-    this.surface[node] = (this.stacks.get(node) ?? []).reduce((height, box) => height + boxes.height[box], nodes.z[node]);
+    const { boxes } = this.run;
+    this.surface[node] = (this.stacks.get(node) ?? []).reduce((height, box) => height + boxes.height[box], this.floor[node]);
   }
 
   /** How many boxes a box stands on, of those that do not lie in the node's hole. */
@@ -183,8 +227,8 @@ export class Replay {
     const node = this.boxNode[box];
     const rim = this.rims.get(node);
     if (rim === undefined || this.pushed[box]) return false;
-    const { nodes, boxes } = this.run;
-    let base = nodes.z[node];
+    const { boxes } = this.run;
+    let base = this.floor[node];
     for (const other of this.stacks.get(node)) {
       if (other === box) break;
       base += boxes.height[other];
@@ -197,9 +241,9 @@ export class Replay {
     const { run, time } = this;
     const { nodes, events } = run;
     this.pushed.fill(0);
-    for (let box = 0; box < this.boxNode.length; box++) {
-      this.boxX[box] = nodes.x[this.boxNode[box]];
-      this.boxY[box] = nodes.y[this.boxNode[box]];
+    for (let box = 0; box < this.boxNode.length; box++) { // NaN for one that is not there: nothing is drawn at it
+      this.boxX[box] = nodes.x[this.boxNode[box]] ?? NaN;
+      this.boxY[box] = nodes.y[this.boxNode[box]] ?? NaN;
     }
     for (let agent = 0; agent < this.agentNode.length; agent++) {
       const here = this.agentNode[agent];
@@ -235,7 +279,7 @@ export class Replay {
     const { scale } = this.run.bodies;
     const agents = this.agentNode.length;
     for (let body = 0; body < agents + this.boxNode.length; body++) {
-      if (!this.poseOf(body)) continue;
+      if ((body >= agents && this.boxNode[body - agents] < 0) || !this.poseOf(body)) continue;
       const [xs, ys, i] = body < agents ? [this.agentX, this.agentY, body] : [this.boxX, this.boxY, body - agents];
       xs[i] = this.pose[0] / scale;
       ys[i] = this.pose[1] / scale;

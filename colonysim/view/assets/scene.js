@@ -86,7 +86,7 @@ export class SceneView {
     const agents = replay.agentNode.length;
     this.at = [];
     for (let box = 0; box < replay.boxNode.length; box++) {
-      if (!replay.poseOf(agents + box)) continue;
+      if (replay.boxNode[box] < 0 || !replay.poseOf(agents + box)) continue;
       const [x, y, z, roll, pitch, yaw] = replay.pose;
       const [length, high] = bodies.boxes[box];
       const colour = this.layer?.by === "box" && this.layer.key === box ? colours["box-line"] : colours.box;
@@ -94,7 +94,7 @@ export class SceneView {
       this.at.push({ box, place: [x, y, z + high / 2 + 0.05] });
     }
     for (let agent = 0; agent < agents; agent++) {
-      if (replay.state[agent] === 1 || !replay.poseOf(agent)) continue;
+      if (!replay.present(agent) || !replay.poseOf(agent)) continue;
       this.addRobot(cuboids, cylinders, agent, [...replay.pose]);
     }
     return { cuboid: cuboids, cylinder: cylinders };
@@ -123,7 +123,7 @@ export class SceneView {
   }
 
   addFlag(cuboids) {
-    const [x, y, z] = this.run.bodies.places[this.run.goal];
+    const [x, y, z] = this.run.bodies.places[this.replay.goal];
     const green = part(this.colours.goal);
     cuboids.push([[x, y, z + 0.7], [0.03, 0.03, 0.7], [0, 0, 0, 1], part(this.colours["node-line"]), [0]]);
     cuboids.push([[x + 0.3, y, z + 1.2], [0.28, 0.015, 0.18], [0, 0, 0, 1], green, [0]]);
@@ -141,8 +141,8 @@ export class SceneView {
     const discs = [];
     run.bodies.places.forEach(([x, y, z], node) => {
       if (holes.has(node) && !shown.has(node)) return;
-      const bare = node === run.goal ? colours.goal : colours["node-line"];
-      const radius = node === run.goal ? 0.5 : shown.has(node) ? 0.42 : 0.13;
+      const bare = node === replay.goal ? colours.goal : colours["node-line"];
+      const radius = node === replay.goal ? 0.5 : shown.has(node) ? 0.42 : 0.13;
       discs.push([[x, y, z + 0.006], [radius, 0.006, radius], FLAT, part(shown.get(node) ?? bare), [0]]);
     });
     return discs;
@@ -151,7 +151,7 @@ export class SceneView {
   labels(pen, width, height) {
     const { css } = this.colours;
     this.shown = this.at.map((thing) => ({ ...thing, screen: this.project(thing.place, width, height) }));
-    if (this.decision && this.agent >= 0 && this.replay.state[this.agent] !== 1) this.choices(pen, width, height);
+    if (this.decision && this.agent >= 0 && this.replay.present(this.agent)) this.choices(pen, width, height);
     for (const { agent, box, screen } of this.shown) {
       if (!screen) continue;
       const size = Math.min(Math.max(0.34 * screen[2], 11), 20);

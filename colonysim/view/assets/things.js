@@ -1,11 +1,11 @@
 // What moves: boxes and agents, with what an agent has reserved, waits for, sees and last decided. Drawn every frame.
 
-import { AT_GOAL, LOST, SPENT } from "./replay.js";
+import { LOST, SPENT } from "./replay.js";
 import { disc, segment, square, Stamp, word } from "./shapes.js";
 
 export function drawThings(pen, view) {
   const chosen = view.agent;
-  const active = chosen >= 0 && view.replay.state[chosen] !== AT_GOAL;
+  const active = chosen >= 0 && view.replay.present(chosen);
   if (active) drawSight(pen, view, chosen);
   if (view.layer?.by === "box") drawWorth(pen, view);
   if (view.dot > 4.5) drawReserved(pen, view);
@@ -18,7 +18,7 @@ export function drawThings(pen, view) {
 /** The chosen agent and what it sees, where the others are but dots. */
 export function drawChosen(pen, view) {
   const { agent, replay, camera, colours } = view;
-  if (agent < 0 || replay.state[agent] === AT_GOAL) return;
+  if (agent < 0 || !replay.present(agent)) return;
   drawSight(pen, view, agent);
   disc(pen, camera.screenX(replay.agentX[agent]), camera.screenY(replay.agentY[agent]), 7, null, colours.css.ink, 2.5);
 }
@@ -94,7 +94,7 @@ function drawBoxes(pen, view) {
   const { camera, colours, replay, dot, layer } = view;
   const half = 0.95 * dot;
   for (let box = 0; box < replay.boxX.length; box++) {
-    if (replay.seated(box)) continue; // drawn as what fills the hole
+    if (replay.boxNode[box] < 0 || replay.seated(box)) continue; // the latter are drawn as what fills the hole
     const x = camera.screenX(replay.boxX[box]);
     const lift = replay.pushed[box] ? 0 : replay.above(box);
     const y = camera.screenY(replay.boxY[box]) - 0.55 * half * lift;
@@ -112,7 +112,7 @@ function drawAgents(pen, view) {
   const stamp = new Stamp(radius, css["agent-line"], Math.max(1, dot / 7), window.devicePixelRatio || 1);
   const labels = [];
   for (let agent = 0; agent < replay.agentX.length; agent++) {
-    if (replay.state[agent] === AT_GOAL) continue;
+    if (!replay.present(agent)) continue;
     let x = camera.screenX(replay.agentX[agent]), y = camera.screenY(replay.agentY[agent]);
     if (!visible(view, x, y)) continue;
     // Who shares a node with a box stands beside it.
