@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from colonysim.scenario.changes import Change
     from colonysim.scenario.scenario import Scenario
     from colonysim.simulation.episode import Episode
-    from colonysim.world.state import World
 
 __all__ = ["CHANGES_FIRST", "Timeline", "refuse_unknown_fields"]
 

@@ -94,7 +94,7 @@ class AgentsView(_OfWorld):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """What each agent can still do in this episode: "active", "goal", "spent", "lost", or "absent" until it joins."""
+        """What each agent can still do: "active", "goal", "spent", "lost", or "absent" until it joins."""
         return _array([status.value for status in self._world.agent_status], "U6")
 
     @property
@@ -136,7 +136,7 @@ class BoxesView(_OfWorld):
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """x, y and z of each box's node and underside, graph units; shape (boxes, 3), nan for a box that is not there."""
+        """x, y and z of each box's node and underside, graph units; shape (boxes, 3), nan where one is not there."""
         return self._places(self._world.box_node, self._world.box_base)
 
     @property

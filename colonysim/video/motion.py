@@ -66,10 +66,8 @@ def by_poses(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:
     scenario = run.scenario
     boxes = len(scenario.boxes)
     at = _boxes_at(run, episode, times)
-    return Motion(
-        tracks("agent", len(scenario.agents)), _there(tracks("box", boxes), at) if boxes else np.zeros((len(times), 0, 3)),
-        at,
-    )  # fmt: skip
+    moved = _there(tracks("box", boxes), at) if boxes else np.zeros((len(times), 0, 3))
+    return Motion(tracks("agent", len(scenario.agents)), moved, at)
 
 
 def by_events(run: Run, episode: int, times: NDArray[np.float64]) -> Motion:

@@ -32,8 +32,8 @@ Place: TypeAlias = int | tuple[int, int]
 
 
 _COLUMNS = (
-    "floor", "surface", "occupant", "node_holder", "top", "box_node", "box_base", "box_claim", "box_stray", "agent_node",
-    "agent_from", "agent_box", "agent_status", "reserved",
+    "floor", "surface", "occupant", "node_holder", "top", "box_node", "box_base", "box_claim", "box_stray",
+    "agent_node", "agent_from", "agent_box", "agent_status", "reserved",
 )  # fmt: skip
 """What changes in an episode and has one value for each node, box or agent."""
 _TABLES = ("edge_holder", "stacks", "clear_requests")
@@ -89,8 +89,8 @@ class World:
     __slots__ = (
         "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
         "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "floor",
-        "goal", "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario", "stacks", "surface",
-        "terrain", "top", "topology",
+        "goal", "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario", "stacks",
+        "surface", "terrain", "top", "topology",
     )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:

@@ -19,9 +19,9 @@ SAME_HEIGHT = 1e-6
 class Terrain:
     """The edges of the graph and the surfaces of its nodes, in flat arrays.
 
-    The edges out of node i have the indices `first[i]` to `first[i + 1] - 1`. `surface` changes when a box is moved, and
-    where the scenario has a timeline `rises` too: that of an edge which is not there is no number, so that no rule of
-    heights lets anything pass.
+    The edges out of node i have the indices `first[i]` to `first[i + 1] - 1`. `surface` changes when a box is moved,
+    and where the scenario has a timeline `rises` too: that of an edge which is not there is no number, so that no rule
+    of heights lets anything pass.
 
     Args:
         scenario: Its place and rules.

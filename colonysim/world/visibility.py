@@ -266,10 +266,9 @@ class Visibility:
                     left += 1
         for box in others:
             at = self.box_node[box] if 0 <= box < len(self.box_node) else -1
-            if at >= 0 and self.top[at] == box:
-                if self.wanted[at] == search:
-                    self.wanted[at] = 0
-                    left -= 1
+            if at >= 0 and self.top[at] == box and self.wanted[at] == search:
+                self.wanted[at] = 0
+                left -= 1
         if left == 0:
             return -1, -1
         if self.wanted[node] == search and self.terrain.is_level(self.box_base[self.top[node]] - level):

@@ -129,7 +129,8 @@ def test_a_change_waits_for_its_condition():
 
 
 def test_a_change_waits_for_a_hole_to_be_filled():
-    scenario = line({"when": {"filled": 2}, "remove_edge": [0, 1]}, holes=[{"node": 2, "depth": 0.35}], boxes=[[1, 0.35]])
+    hole = {"holes": [{"node": 2, "depth": 0.35}], "boxes": [[1, 0.35]]}
+    scenario = line({"when": {"filled": 2}, "remove_edge": [0, 1]}, **hole)
     found = events(scenario, seed=1)
     (gone,) = at("change", found)
     filled = next(event for event in at("end", found, "push") if event.target == 2 and event.status == "arrived")
