@@ -85,6 +85,8 @@ class Physics:
     """
 
     tick: float | None
+    replayable = True
+    """An episode that is gone through again comes to the same; the manoeuvres under way cannot be written down."""
 
     def __init__(
         self,
@@ -159,6 +161,10 @@ class Physics:
             self._record_pose("agent", agent)
         for box in range(len(self._layout.boxes)):
             self._record_pose("box", box)
+
+    def reseed(self, streams: Streams) -> None:
+        """Seeds the pushes that begin from now on from other streams."""
+        self._streams = streams
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """What geometry, the classifier or the chance of a way says, whichever was chosen."""
