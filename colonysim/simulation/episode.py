@@ -345,6 +345,15 @@ class Episode:
         self.over = True
         return False
 
+    def go_through(self, steps: int) -> bool:
+        """Goes on to a number of SimPy's steps of this episode, however long that is; False if it ends before."""
+        while self.stepped < steps:
+            if self.over or self.env.peek() == inf:
+                return False
+            self.env.step()
+            self.stepped += 1
+        return True
+
     def _goes_on(self, due: float) -> bool:
         """Whether the episode has not ended by the time of an event that has just come; if so, that is the time now."""
         rows = self.rows

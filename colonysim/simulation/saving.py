@@ -53,13 +53,15 @@ class Origin:
 
     Attributes:
         backend: Name of the backend, or "package.module:Name".
-        options: Its options; None if they cannot be written.
+        options: Its options; None if it was given as an object, which no name stands for.
         policy: Name of the policy, or "package.module:Name"; None for the scenario's own.
+        made: Whether the policy was given as an object or a function, which no name stands for.
     """
 
     backend: str
     options: Mapping[str, Any] | None = field(default_factory=dict)
     policy: str | None = None
+    made: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +99,7 @@ def write_saved(path: Path, saved: Saved) -> None:
     text = {
         "format": FORMAT, "schema": VERSION, "colonysim": saved.version, "scenario_sha256": saved.digest,
         "scenario": saved.document, "backend": saved.origin.backend, "options": saved.origin.options,
-        "policy": saved.origin.policy, "mode": saved.mode, "episodes": saved.episodes, "extra": saved.extra,
+        "policy": saved.origin.policy, "made": saved.origin.made, "mode": saved.mode, "episodes": saved.episodes, "extra": saved.extra,
         "state": _written(saved.state, arrays, "state"),
     }  # fmt: skip
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
@@ -174,7 +176,7 @@ def read_saved(path: Path) -> Saved:
     document, options, policy = about.take("scenario"), about.take("options"), about.take("policy")
     if not isinstance(document, dict) or not isinstance(options, (dict, type(None))):
         raise ColonysimError(f"{path}: damaged: neither scenario nor options may be anything but mappings")
-    origin = Origin(about.text("backend"), options, None if policy is None else about.text("policy"))
+    origin = Origin(about.text("backend"), options, None if policy is None else about.text("policy"), about.flag("made"))
     extra = about.take("extra")
     return Saved(
         document, about.text("scenario_sha256"), origin, about.text("mode"), about.whole("episodes", 0, MAX_SEED), state,

@@ -135,6 +135,10 @@ class World:
         self.floor = array("d", self.scenario.topology.z)
         self.rim = array("d", [hole.rim for hole in self.scenario.holes])
 
+    def adopt(self, scenario: Scenario) -> None:
+        """Goes on with another scenario of the same place, boxes, holes and agents."""
+        self.scenario = scenario
+
     def reset(self) -> None:
         """Puts agents and boxes where they start, and ends all claims, reservations and requests."""
         scenario, self.now = self.scenario, 0.0
