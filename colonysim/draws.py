@@ -39,6 +39,16 @@ class Draws:
     def __reduce__(self) -> tuple[Callable[[bytes], Draws], tuple[bytes]]:
         return _resumed, (bytes(self._states),)
 
+    def numbers(self) -> array[int]:
+        """Where each sequence has come to."""
+        return array("Q", bytes(self._states))
+
+    def resume(self, numbers: array[int]) -> None:
+        """Goes on where others have come to, of which there must be as many."""
+        if len(numbers) != len(self._states):
+            raise ValueError(f"{len(numbers)} sequences, expected {len(self._states)}")
+        self._states = array("Q", numbers)
+
     def draw(self, i: int) -> float:
         """The next number of sequence `i`."""
         state = self._states[i] = (self._states[i] + STEP) & ALL

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from colonysim.backends.nodeworld import what_can_be_pushed, what_comes_of
 from colonysim.backends.protocol import Done, Finished
+from colonysim.states import Stored
 from colonysim.world.intents import Intent, Outcome, Wait
+from colonysim.world.plain import outcome_of, outcome_state
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from colonysim.backends.protocol import TraceRow
     from colonysim.randomness import Streams
+    from colonysim.states import State
     from colonysim.world.state import Place, World
 
 __all__ = ["Call", "Mock", "Script"]
@@ -113,6 +116,25 @@ class Mock:
         """There is no body to take away, but perhaps an action."""
         self.calls.append(Call("leave", agent))
         self._pending.pop(agent, None)
+
+    def state(self) -> State:
+        """How many actions have begun, and those that are pending with their outcomes."""
+        pending = [[agent, end, outcome_state(outcome)] for agent, (end, outcome) in self._pending.items()]
+        return {"started": self._started, "pending": pending}
+
+    def restore(self, state: State) -> None:
+        """Goes on where another has come to; called after `reset`."""
+        told = Stored(state, "backend 'mock'")
+        self._started = told.whole("started")
+        assert self._world is not None
+        for each in told.listed("pending"):
+            action = Stored(dict(zip(("agent", "end", "outcome"), each, strict=True)), "an action of the mock")
+            outcome = outcome_of(action.take("outcome"), self._world, "an outcome of the mock")
+            assert outcome is not None
+            self._pending[action.whole("agent", 0, len(self._world.agent_node) - 1)] = action.real("end"), outcome
+
+    def reseed(self, streams: Streams) -> None:
+        """It draws nothing."""
 
     def rows(self) -> Iterable[TraceRow]:
         """There are no poses."""

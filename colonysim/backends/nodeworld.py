@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from colonysim.backends.motion import Motion
 from colonysim.backends.protocol import Done
 from colonysim.scenario.changes import CHANGES
+from colonysim.states import Stored
 from colonysim.world.intents import BoxPlace, Outcome, Push, Wait
 from colonysim.world.state import BARRED
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from colonysim.backends.protocol import Finished, TraceRow
     from colonysim.draws import Draws
     from colonysim.randomness import Streams
+    from colonysim.states import State
     from colonysim.world.intents import Intent
     from colonysim.world.state import Place, World
 
@@ -83,6 +85,25 @@ class NodeWorld(Motion):
         # One stream an agent: with one for all, an agent more would change how long the others take.
         self.draws = streams.draws("timing", len(world.agent_node)) if timing.jitter else None
         self.edge_seconds = timing.travel_fixed + timing.travel * world.topology.mean_length or 1.0
+
+    def state(self) -> State:
+        """Where the random durations have come to."""
+        return {"draws": None if self.draws is None else self.draws.numbers()}
+
+    def restore(self, state: State) -> None:
+        """Goes on with the random durations of a state; called after `reset`.
+
+        Raises:
+            ColonysimError: It is none.
+        """
+        told = Stored(state, "backend 'nodeworld'")
+        if self.draws is not None and self._world is not None and told.take("draws") is not None:
+            self.draws.resume(told.column("draws", "Q", len(self._world.agent_node), 0, 2**64 - 1))
+
+    def reseed(self, streams: Streams) -> None:
+        """Draws the durations from other streams."""
+        if self.draws is not None and self._world is not None:
+            self.draws = streams.draws("timing", len(self._world.agent_node))
 
     def _seconds(self, agent: int, i: int, j: int, pushed: bool) -> float:
         """How long a move takes."""

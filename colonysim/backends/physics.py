@@ -89,6 +89,8 @@ class Physics:
 
     tick: float | None
     changes = (*ANYWHERE, "add_box", "remove_box", "add_agent")
+    replayable = True
+    """An episode that is gone through again comes to the same; the manoeuvres under way cannot be written down."""
 
     def __init__(
         self,
@@ -198,6 +200,10 @@ class Physics:
         pit = layout.pit_at.get(node)
         floor = layout.heights[node] if pit is None else layout.heights[node] - layout.terrain.pits[pit].depth
         return floor + sum(layout.boxes[other].height for other in below)
+
+    def reseed(self, streams: Streams) -> None:
+        """Seeds the pushes that begin from now on from other streams."""
+        self._streams = streams
 
     def feasible(self, agent: int, box: int, targets: Sequence[int]) -> Sequence[float]:
         """What geometry, the classifier or the chance of a way says, whichever was chosen."""

@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 import copy
+from array import array
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.states import Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from colonysim.pheromones.field import Visit
+    from colonysim.states import State
     from colonysim.world.state import World
 
 __all__ = ["BoxWorth"]
@@ -137,6 +140,27 @@ class BoxWorth(Marks):
         """Changes nothing by itself: B outlives the episode, as the same boxes will stand in the same places."""
         if self._fading.on:
             self._fade(0.0)
+
+    def state(self) -> State:
+        """B of every pair that was ever touched."""
+        pairs = sorted(self._worth)
+        return {
+            "pairs": array("q", pairs), "worth": array("d", [self._worth[pair] for pair in pairs]),
+            "since": self._fading.since,
+        }  # fmt: skip
+
+    def restore(self, state: State) -> None:
+        """See `Marks.restore`."""
+        told = Stored(state, "field B")
+        boxes = len(self._world.box_node)
+        pairs = told.column("pairs", "q", None, -1, boxes * PAIRS)
+        worth = told.column("worth", "d", len(pairs), -LATEST, LATEST)
+        for pair in pairs:
+            box, hole = divmod(pair + 1, PAIRS)
+            if not (box < boxes and hole <= self._holes):
+                raise told.fault("pairs", pair, "pairs of a box and a hole that exist")
+        self._fading.restore(told)
+        self._worth = dict(zip(pairs, worth, strict=True))
 
     def frame(self) -> Iterable[Write]:
         """B of every pair that was ever touched."""

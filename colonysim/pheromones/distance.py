@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.states import Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from colonysim.pheromones.field import Visit
+    from colonysim.states import State
     from colonysim.world.state import World
     from colonysim.world.topology import Topology
 
@@ -239,6 +241,23 @@ class Distance(Marks):
         for node in range(len(self.d)):
             if not self.visited[node]:
                 self.d[node] = self.straight[node]
+
+    def state(self) -> State:
+        """Distance of each node, and which of them are official and visited."""
+        return {
+            "d": array("d", bytes(self.d)), "official": bytes(self.official), "visited": bytes(self.visited),
+            "since": self._fading.since, "goal": self._goal,
+        }  # fmt: skip
+
+    def restore(self, state: State) -> None:
+        """See `Marks.restore`."""
+        told, nodes = Stored(state, "field D"), len(self.visited)
+        d = told.column("d", "d", nodes, -LATEST, LATEST)
+        official, visited = told.octets("official", nodes, 1), told.octets("visited", nodes, 1)
+        self._goal = told.whole("goal", 0, nodes - 1)
+        self.straight = straight(self._world.topology, self._goal)
+        self._fading.restore(told)
+        self.d, self.official, self.visited = array("d", d), bytearray(official), bytearray(visited)
 
     def frame(self) -> Iterable[Write]:
         """D of every node that was visited."""

@@ -8,12 +8,14 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.states import Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from colonysim.pheromones.field import Moment, Visit
+    from colonysim.states import State
     from colonysim.world.state import World
 
 __all__ = ["Exploration"]
@@ -128,6 +130,21 @@ class Exploration(Marks):
             if self.scale < SMALLEST_SCALE:
                 self.stored = array("d", [value * self.scale for value in self.stored])
                 self.scale = 1.0
+
+    def state(self) -> State:
+        """The stored values with what they are multiplied by and lessened by."""
+        return {
+            "stored": array("d", bytes(self.stored)), "visited": bytes(self.visited), "scale": self.scale,
+            "shift": self.shift, "since": self._fading.since,
+        }  # fmt: skip
+
+    def restore(self, state: State) -> None:
+        """See `Marks.restore`."""
+        told, nodes = Stored(state, "field E"), len(self.visited)
+        stored, visited = told.column("stored", "d", nodes, -LATEST, LATEST), told.octets("visited", nodes, 1)
+        self.scale, self.shift = told.real("scale", SMALLEST_SCALE, 1.0), told.real("shift", -LATEST, LATEST)
+        self._fading.restore(told)
+        self.stored, self.visited = array("d", stored), bytearray(visited)
 
     def frame(self) -> Iterable[Write]:
         """E of every node that was visited."""

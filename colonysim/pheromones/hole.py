@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.exact import exp, log
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.states import Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from colonysim.pheromones.field import Visit
+    from colonysim.states import State
     from colonysim.world.state import World
 
 __all__ = ["HoleTrail"]
@@ -246,6 +248,30 @@ class HoleTrail(Marks):
             self._aged = 0.0
         elif self._keep < 1.0:
             self._aged -= log(self._keep)
+
+    def state(self) -> State:
+        """The trails of each node in the order in which they came: how many, of which holes, and their -ln H."""
+        kept = [k for node, start in enumerate(self._start) for k in range(start, start + self._count[node])]
+        return {
+            "count": array("i", bytes(self._count)), "holes": array("i", [self._holes[k] for k in kept]),
+            "fars": array("d", [self._fars[k] for k in kept]), "aged": self._aged, "since": self._fading.since,
+        }  # fmt: skip
+
+    def restore(self, state: State) -> None:
+        """See `Marks.restore`."""
+        told, nodes, most = Stored(state, "field H"), len(self._count), len(self._best)
+        count = told.column("count", "i", nodes, 0, most)
+        holes = told.column("holes", "i", sum(count), 0, most - 1)
+        fars = told.column("fars", "d", sum(count), -LATEST, LATEST)
+        aged = told.real("aged", -LATEST, LATEST)
+        self._fading.restore(told)
+        self._aged, k = aged, 0
+        for node in range(nodes):
+            trails = dict(zip(holes[k : k + count[node]], fars[k : k + count[node]], strict=True))
+            if len(trails) < count[node]:
+                raise told.fault("holes", holes[k : k + count[node]].tolist(), "each hole once at a node")
+            self._replace(node, trails)
+            k += count[node]
 
     def frame(self) -> Iterable[Write]:
         """H of every hole at every node where there is a trail."""

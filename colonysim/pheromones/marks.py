@@ -14,12 +14,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from colonysim.pheromones.field import Visit
+    from colonysim.states import State, Stored
     from colonysim.world.state import World
 
-__all__ = ["Fading", "Marks", "gather_keys"]
+__all__ = ["LATEST", "Fading", "Marks", "gather_keys"]
 
 LN2 = 0.6931471805599453
 SHORTEST_HALF_LIFE, LONGEST_HALF_LIFE = 1e-6, 1e9
+LATEST = 1e300
+"""Bound of the times and values in a state."""
 LEAST_LEFT = 1e-9
 """When less is left of the values of a time, they are written anew."""
 
@@ -65,6 +68,10 @@ class Fading:
     def restart(self, second: float) -> None:
         """The field holds values of now; what comes counts from a second of the episode: now, or 0 at its end."""
         self.since = second
+
+    def restore(self, state: Stored) -> None:
+        """Takes the second from the state of a field."""
+        self.since = state.real("since", 0.0, LATEST)
 
 
 class Marks:
@@ -137,6 +144,18 @@ class Marks:
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over the values of another run."""
+        raise NotImplementedError
+
+    def state(self) -> State:
+        """All that the field is now, as plain data."""
+        raise NotImplementedError
+
+    def restore(self, state: State) -> None:
+        """Takes over the state of such a field in such a world.
+
+        Raises:
+            ColonysimError: It is none.
+        """
         raise NotImplementedError
 
     def _note(self, place: int, key: int, value: float) -> None:

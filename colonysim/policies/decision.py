@@ -174,6 +174,18 @@ class Decider:
         """See `Policy.begin`."""
         raise NotImplementedError
 
+    def state(self, agent: int, memory: Any) -> Any:
+        """The memory of an agent as plain data."""
+        raise NotImplementedError
+
+    def restore(self, agent: int, state: Any) -> Any:
+        """The memory of an agent from plain data; only after `fields`.
+
+        Raises:
+            ColonysimError: It is none.
+        """
+        raise NotImplementedError
+
     def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """The raw decision of an agent; arguments as in `Policy.decide`."""
         raise NotImplementedError

@@ -14,6 +14,7 @@ from colonysim.policies.choice import pick, weigh
 from colonysim.policies.decision import Decider, Decision, Memory, Options, Stream, new_decision, new_memory
 from colonysim.policies.paths import likely_way
 from colonysim.policies.settings import settings_for
+from colonysim.states import Stored
 from colonysim.suggest import nearest
 from colonysim.world.intents import Wait
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from colonysim.policies.settings import StigmergySettings
     from colonysim.policies.view import LocalView
     from colonysim.scenario.scenario import Scenario
+    from colonysim.states import State
     from colonysim.world.state import World
 
 __all__ = ["Memory", "Stigmergy"]
@@ -32,6 +34,8 @@ __all__ = ["Memory", "Stigmergy"]
 NEVER = 1 << 30
 """More decisions than any agent makes."""
 
+_REMEMBERED = ("box", "hole", "sought", "shunned", "shunned_at")
+"""What a memory holds of boxes, holes and nodes: their indices, or -1."""
 HOLE_OPEN = 3
 """Weight in `Memory.vain` of a decision with an open hole visible; one without has weight 1."""
 
@@ -89,7 +93,8 @@ class Stigmergy(Decider):
             PluginError: There is no such extra field.
             ScenarioError: It has the name of another field, or a weight is that of none.
         """
-        self._make_room(world.scenario)  # it may be another than the policy was made for
+        self._scenario = world.scenario  # it may be another than the policy was made for
+        self._make_room(world.scenario)
         s = self.settings
         d_max = s.d_max * extent(world) or 1.0
         everywhere, at_start = s.updates == "everywhere", s.deposit_at_start
@@ -152,6 +157,28 @@ class Stigmergy(Decider):
             return Memory(s.epsilon)
         decay = s.epsilon_decay if s.epsilon_per == "episode" else 1.0
         return Memory(max(s.epsilon_floor, memory.epsilon * decay))
+
+    def state(self, agent: int, memory: Memory | None) -> State | None:
+        """The memory of an agent as plain data."""
+        if memory is None:
+            return None
+        numbers = {name: getattr(memory, name) for name in _REMEMBERED}
+        return {"epsilon": memory.epsilon, "way": list(memory.way), "vain": memory.vain, **numbers}
+
+    def restore(self, agent: int, state: Any) -> Memory | None:
+        """The memory of an agent from plain data.
+
+        Raises:
+            ColonysimError: It is none.
+        """
+        if state is None:
+            return None
+        told, place = Stored(state, f"memory of agent {agent}"), self._scenario
+        most = {"box": len(place.boxes), "sought": len(place.boxes), "shunned": len(place.boxes)}
+        most |= {"hole": len(place.holes), "shunned_at": len(place.topology)}
+        numbers = {name: told.whole(name, -1, most[name] - 1) for name in _REMEMBERED}
+        way = tuple(told.wholes("way", None, 0, len(place.topology) - 1))
+        return Memory(told.real("epsilon", 0.0, 1.0), way=way, vain=told.whole("vain", 0, 2**31 - 1), **numbers)
 
     def think(self, view: LocalView, memory: Memory, stream: Stream) -> Decision:
         """Algorithm 9 for one agent.

@@ -1,13 +1,16 @@
 # The types of alarms.py when it is compiled.
 
+cdef double LATEST, LAST, _OFF
+
 
 cdef class Alarm:
     cdef object _event
     cdef list _callbacks
-    cdef double _due
+    cdef double _due, _order
 
     cpdef come(self, event)
     cpdef arm(self, env, double now, double seconds, double order)
+    cpdef reset(self)
 
 
 cdef class Timer(Alarm):

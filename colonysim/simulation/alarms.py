@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 import simpy
@@ -10,10 +11,16 @@ import simpy
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from colonysim.states import State, Stored
+
 __all__ = ["Alarm", "Timer", "Timers"]
 
 MORE = 16
 """So many timers are made at once."""
+LATEST, LAST = 1e300, 8.0
+"""Bounds of the times and of the priorities that alarms may have."""
+_OFF = -1.0
+"""The priority of an alarm that is not scheduled."""
 
 
 class Alarm:
@@ -29,7 +36,7 @@ class Alarm:
     def __init__(self, nursery: simpy.Environment) -> None:
         self._event: simpy.Event = nursery.timeout(0.0)
         self._callbacks: list[Callable[[simpy.Event], None]] = [self.come]
-        self._due = 0.0
+        self._due, self._order = 0.0, _OFF
 
     def come(self, event: simpy.Event) -> None:
         """SimPy's callback: the event has come."""
@@ -44,9 +51,28 @@ class Alarm:
             seconds: How much later.
             order: SimPy's priority: its place among the events at that time.
         """
-        self._due = now + seconds
+        self._due, self._order = now + seconds, order
         self._event.callbacks = self._callbacks
         env.schedule(self._event, order, seconds)  # type: ignore[arg-type]  # SimPy compares priorities, no more
+
+    def reset(self) -> None:
+        """The event is not scheduled: there is a new environment."""
+        self._order = _OFF
+
+    @property
+    def scheduled(self) -> bool:
+        """Whether the event is still to come."""
+        return self._order != _OFF
+
+    @property
+    def due(self) -> float:
+        """When it comes, or has come last, simulated seconds."""
+        return self._due
+
+    @property
+    def order(self) -> float:
+        """Its priority."""
+        return self._order
 
 
 class Timer(Alarm):
@@ -63,6 +89,7 @@ class Timer(Alarm):
 
     def come(self, event: simpy.Event) -> None:
         """Its wait expires."""
+        self._order = _OFF
         self._timers.expire(self, self._due)
 
 
@@ -81,6 +108,8 @@ class Timers:
     def clear(self) -> None:
         """Nothing is due any more: there is a new environment."""
         self._idle = self._made[:]
+        for timer in self._made:
+            timer.reset()
 
     def start(self, env: simpy.Environment, now: float, seconds: float, order: float, wait: int) -> None:
         """Lets a wait of that number expire; see `Alarm.arm`."""
@@ -97,3 +126,29 @@ class Timers:
         """The time of a timer's wait has come."""
         self._idle.append(timer)
         self._expired(timer.wait, now)
+
+    def state(self) -> State:
+        """The timers under way, also of waits that have ended before: the time that comes with them counts too."""
+        timers = sorted((timer for timer in self._made if timer.scheduled), key=_place)
+        return {
+            "due": array("d", [timer.due for timer in timers]),
+            "order": array("d", [timer.order for timer in timers]),
+            "wait": array("q", [timer.wait for timer in timers]),
+        }
+
+    def restore(self, state: Stored, env: simpy.Environment, now: float) -> None:
+        """Starts the timers of a state in an environment that has just begun.
+
+        Args:
+            state: The state.
+            env: The environment, at time 0.
+            now: Nothing is due before this.
+        """
+        due = state.column("due", "d", None, now, LATEST)
+        order, wait = state.column("order", "d", len(due), 0.0, LAST), state.column("wait", "q", len(due), 0)
+        for i in range(len(due)):
+            self.start(env, 0.0, due[i], order[i], wait[i])
+
+
+def _place(timer: Timer) -> tuple[float, float]:
+    return timer.due, timer.order

@@ -1,8 +1,18 @@
 # The types of clock.py when it is compiled.
+cimport cython
+from colonysim.simulation.alarms cimport Alarm
+
+cdef double ORDER
+cdef int _IDLE, _CALLED, _TICKING, _TOLD
 
 
-cdef class Clock:
-    cdef object _env, _backend, _latest, _goes_on, _ended, _wanted
+cdef class Clock(Alarm):
+    cdef object _env, _backend, _latest, _goes_on, _ended, _finished
     cdef dict _pending
+    cdef int _phase
+    cdef double _tick
 
-    cdef tuple _advance(self, double now, double tick, double due, double last)
+    @cython.locals(now=double, reached=double)
+    cpdef come(self, event)
+    cdef _begin_tick(self, double now)
+    cdef tuple _advance(self, double now, double due, double last)

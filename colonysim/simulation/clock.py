@@ -1,26 +1,39 @@
 # cython: auto_pickle=False
-"""The process that advances a backend with a tick, while an action of that backend is pending."""
+"""The alarm that advances a backend with a tick, while an action of that backend is pending."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from array import array
+from typing import TYPE_CHECKING
+
+from colonysim.backends.protocol import Finished
+from colonysim.simulation.alarms import LATEST, Alarm
+from colonysim.world.plain import outcome_of, outcome_state
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Sequence
 
     import simpy
 
-    from colonysim.backends.protocol import Backend, Finished
+    from colonysim.backends.protocol import Backend
+    from colonysim.states import State, Stored
     from colonysim.world.intents import Outcome
+    from colonysim.world.state import World
 
 __all__ = ["Clock"]
 
+ORDER = 1.0
+"""SimPy's priority of the clock's events: before those of the agents."""
+_IDLE, _CALLED, _TICKING, _TOLD = 0, 1, 2, 3
+"""Phases: nothing is pending; an action has just begun; a tick is under way; the actions that have ended are known and
+are told when their time has come."""
 
-class Clock:
+
+class Clock(Alarm):
     """Advances a backend tick by tick while one of its actions is pending, and sleeps otherwise.
 
     Args:
-        env: The environment of the episode.
+        nursery: See `Alarm`.
         backend: The backend.
         latest: Returns the time at which the episode ends if nothing happens before, simulated seconds.
         goes_on: Called with the time of each event of the clock's own; returns whether the episode has not ended by
@@ -30,21 +43,40 @@ class Clock:
 
     def __init__(
         self,
-        env: simpy.Environment,
+        nursery: simpy.Environment,
         backend: Backend,
         latest: Callable[[], float],
         goes_on: Callable[[float], bool],
         ended: Callable[[int, Outcome], None],
     ) -> None:
-        self._env, self._backend, self._latest, self._goes_on, self._ended = env, backend, latest, goes_on, ended
+        super().__init__(nursery)
+        self._backend, self._latest, self._goes_on, self._ended = backend, latest, goes_on, ended
         self._pending: dict[int, float] = {}
-        self._wanted: simpy.Event | None = None
+        self._finished: Sequence[Finished] = ()
+        self._phase, self._tick = _IDLE, 0.0
 
-    def expect(self, agent: int, until: float) -> None:
-        """Adds the action that an agent has just begun; it should end by the time `until`, simulated seconds."""
+    def begin(self, env: simpy.Environment, tick: float | None) -> None:
+        """Begins an episode, in which nothing is pending yet.
+
+        Args:
+            env: Its environment.
+            tick: Duration of one advance, simulated seconds; None if the backend has none.
+        """
+        self._env, self._tick = env, 0.0 if tick is None else tick
+        self._pending.clear()
+        self._phase, self._finished = _IDLE, ()
+        self.reset()
+
+    def expect(self, agent: int, until: float, now: float) -> None:
+        """Adds the action that an agent has just begun, now; it should end by the time `until`, simulated seconds."""
         self._pending[agent] = until
-        if self._wanted is not None and not self._wanted.triggered:
-            self._wanted.succeed()
+        if self._phase == _IDLE:
+            self._phase = _CALLED
+            self.arm(self._env, now, 0.0, ORDER)
+
+    def expects(self, agent: int) -> bool:
+        """Whether the action of an agent is pending."""
+        return agent in self._pending
 
     @property
     def pending(self) -> bool:
@@ -60,41 +92,71 @@ class Clock:
         for agent in self._pending:
             self._backend.cancel(agent)
 
-    def run(self, tick: float) -> Generator[simpy.Event, Any, None]:
-        """The clock's process.
-
-        Args:
-            tick: Duration of one advance, simulated seconds.
-        """
-        env, pending = self._env, self._pending
-        while True:
-            if not pending:
-                self._wanted = env.event()
-                yield self._wanted
-                self._wanted = None
-            yield env.timeout(tick)
-            began = env.now
-            if not self._goes_on(began):
-                return
+    def come(self, event: simpy.Event) -> None:
+        """The next phase begins."""
+        now = self._due
+        self.reset()
+        if self._phase == _CALLED:
+            self._begin_tick(now)
+            return
+        if not self._goes_on(now):
+            return
+        if self._phase == _TICKING:
             # Nobody looks before the next event, so the ticks up to it need no events of their own. Up to twice the
             # time differences are exact, and what ends after many ticks ends at the same time as after single ones.
-            now, finished = self._advance(began, tick, env.peek(), min(2 * began, self._latest()))
-            if now > began:
-                yield env.timeout(now - began)
-                if not self._goes_on(env.now):
-                    return
-            for agent, outcome in finished:
-                if agent in pending:
-                    del pending[agent]
-                    self._ended(agent, outcome)
+            reached, self._finished = self._advance(now, self._env.peek(), min(2 * now, self._latest()))
+            if reached > now:
+                self._phase = _TOLD
+                self.arm(self._env, now, reached - now, ORDER)
+                return
+        for agent, outcome in self._finished:
+            if agent in self._pending:
+                del self._pending[agent]
+                self._ended(agent, outcome)
+        self._finished = ()
+        if self._pending:
+            self._begin_tick(now)
+        else:
+            self._phase = _IDLE
 
-    def _advance(self, now: float, tick: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
+    def state(self) -> State:
+        """What is pending, and the phase."""
+        return {
+            "agents": list(self._pending), "until": array("d", self._pending.values()), "phase": self._phase,
+            "due": self._due, "finished": [[agent, outcome_state(outcome)] for agent, outcome in self._finished],
+        }  # fmt: skip
+
+    def restore(self, state: Stored, world: World, now: float) -> None:
+        """Takes over a state; to be called after `begin`, and at time 0 of its environment.
+
+        Args:
+            state: The state.
+            world: Whose agents act.
+            now: Nothing is due before this, simulated seconds.
+        """
+        most = len(world.agent_node)
+        agents = state.wholes("agents", None, 0, most - 1)
+        self._pending = dict(zip(agents, state.column("until", "d", len(agents), 0.0, LATEST), strict=True))
+        finished = []
+        for each in state.listed("finished"):
+            if not isinstance(each, list) or len(each) != 2 or each[0] not in self._pending:
+                raise state.fault("finished", each, "agents that act, and outcomes")
+            finished.append(Finished(each[0], outcome_of(each[1], world, "an action that has ended")))
+        self._finished, self._phase = finished, state.whole("phase", _IDLE, _TOLD)
+        if self._phase != _IDLE:
+            self.arm(self._env, 0.0, state.real("due", now, LATEST), ORDER)
+
+    def _begin_tick(self, now: float) -> None:
+        self._phase = _TICKING
+        self.arm(self._env, now, self._tick, ORDER)
+
+    def _advance(self, now: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
         """Advances the backend until an action ends, but not to the time `due` nor beyond `last`.
 
         Returns:
             The time reached, simulated seconds, and the actions that have ended then.
         """
-        advance = self._backend.advance
+        advance, tick = self._backend.advance, self._tick
         finished = advance(now)
         while not finished and now + tick < due and now + tick <= last:
             now += tick

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from math import inf
 from pathlib import Path
@@ -22,8 +22,11 @@ from colonysim.simulation.episode import Episode
 from colonysim.simulation.foreign import checked_backend, checked_fields, checked_policy
 from colonysim.simulation.foreign.answers import SHOWN
 from colonysim.simulation.initial import load_fields
+from colonysim.simulation.keeping import Course, closed_on_error, diverge, loaded, restore, saved_of
 from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
+from colonysim.simulation.origins import origin_of
+from colonysim.simulation.saving import read_saved, write_saved
 from colonysim.simulation.timeline import refuse_unknown_fields
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
 from colonysim.suggest import nearest
@@ -103,7 +106,9 @@ class Colony:
         scenario = with_robot(scenario)
         self.scenario, self.mode = scenario, mode_of(scenario, mode)
         self._count = scenario.episodes if episodes is None else whole("episodes", episodes)
-        self._streams = Streams(as_seed(seed))
+        self._streams, self._asked = Streams(as_seed(seed)), policy
+        self._origin = origin_of(backend, backend_options, policy)
+        self._course = Course(scenario)
         self._kinds = _kinds(kinds)
         self._world, self._rows = World(scenario), Rows(scenario, sink, decisions, self._kinds)
         world, rows = self._world, self._rows
@@ -126,19 +131,24 @@ class Colony:
         agents = range(len(scenario.agents))
         self._memories: list[Any] = [None for _ in agents]
         self._number, self._running, self._aged, self._closed = 0, False, True, False
-        self._calling = False
+        self._calling = self._measuring = False
         self._observers: list[tuple[str, Callable[[Event, Colony], object]]] = []
         self._measures = Measures()
         self._measured: list[Measurement] = []
         try:
-            views = [LocalView(world, self._fields, self._body, agent) for agent in agents]
-            self._episode = Episode(world, self._fields, self._body, self._policy, views, rows)
+            self._set_up()
         except BaseException:
             with suppress(Exception):  # what went wrong first is what counts
                 self._release()
             raise
+
+    def _set_up(self) -> None:
+        """Makes the episode, and what is shown, for the policy and the fields that there are."""
+        world, fields, body = self._world, self._fields, self._body
+        views = [LocalView(world, fields, body, agent) for agent in range(len(self._memories))]
+        self._episode = Episode(world, fields, body, self._policy, views, self._rows)
         self._agents, self._boxes = AgentsView(world, self._episode, views), BoxesView(world)
-        self._shown_fields, self._place = FieldsView(world, self._fields), WorldView(world)
+        self._shown_fields, self._place = FieldsView(world, fields), WorldView(world)
 
     # -- going on ----------------------------------------------------------------------------------------------------
 
@@ -294,6 +304,7 @@ class Colony:
             self._aged = True
         if self._number == self._count:
             return False
+        self._course.begin(self)
         self._number += 1
         own = self._streams.within(f"episode/{self._number}")
         self._world.reset()
@@ -398,9 +409,114 @@ class Colony:
         return tuple(self._measured)
 
     def _measure(self, *, ended: bool) -> None:
-        for row in self._called(lambda: [*self._measures.take(self, self._number, self.now, ended=ended)]):
+        self._measuring = True
+        taken = self._called(lambda: [*self._measures.take(self, self._number, self.now, ended=ended)])
+        self._measuring = False
+        for row in taken:
             self._measured.append(row)
             self._rows.measured(row)
+
+    # -- keeping and branching ---------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path) -> None:
+        """Writes all that the colony is now into a file, from which `load` goes on, in another process too.
+
+        The file (`.npz`, see docs/saving.md) holds plain data: the scenario, the state of every part, and by which
+        names backend and policy were asked for. Observers and measurements are functions and not in it.
+
+        Args:
+            path: The file; what is there is replaced in one step.
+
+        Raises:
+            ColonysimError: The file cannot be written, the colony is closed, or a part of others cannot say its state.
+        """
+        write_saved(Path(path), saved_of(self))
+
+    @classmethod
+    def load(
+        cls,
+        path: str | Path,
+        *,
+        scenario: Scenario | str | Path | None = None,
+        backend: str | Backend | None = None,
+        backend_options: Mapping[str, Any] | None = None,
+        policy: str | Policy | Callable[[Scenario], Policy] | None = None,
+        sink: Sink | None = None,
+        decisions: bool = True,
+        kinds: Collection[str] | None = None,
+    ) -> Self:
+        """A colony that goes on where a saved one has come to, with the same events as if it had never been saved.
+
+        On backends that cannot say their state (rigid bodies) the episode under way is gone through again first,
+        without events.
+
+        Args:
+            path: The file.
+            scenario: What it was made from, if its file names code of others: such is imported only if the caller says
+                so himself.
+            backend: The backend, if it is code of others or was given as an object; by default the one that was asked
+                for then. Others of the same kind will do if they go on from its state.
+            backend_options: As for a new colony; by default those that were given then.
+            policy: The policy, if it is code of others or was given as an object.
+            sink: Takes the rows of the trace that are still to come.
+            decisions: As for a new colony.
+            kinds: As for a new colony.
+
+        Raises:
+            ColonysimError: The file is none of a saved colony, damaged, of another version, or does not fit what else is
+                given.
+        """
+        return loaded(
+            cls, Path(path), read_saved(Path(path)), scenario=scenario, backend=backend,
+            backend_options=backend_options, policy=policy, sink=sink, decisions=decisions, kinds=kinds,
+        )  # fmt: skip
+
+    def fork(
+        self,
+        seed: int | None = None,
+        *,
+        overrides: Mapping[str, Any] | Sequence[str] | None = None,
+        backend: Backend | None = None,
+        sink: Sink | None = None,
+        decisions: bool = True,
+        kinds: Collection[str] | None = None,
+    ) -> Self:
+        """Another colony in the state of this one, which goes on by itself: a future to try out.
+
+        Args:
+            seed: All that is random from now on is drawn anew from it; None for a twin, which does exactly what this
+                one will do.
+            overrides: Fields of the scenario to set, as for `load_scenario`: parameters of the policy (`policy.beta`),
+                `timing`, `max_steps`, `stall_seconds`, `time_limit` and `episodes`. What is where cannot be changed.
+            backend: Moves the fork; needed if this colony's backend was given as an object.
+            sink: Takes the rows of the fork's trace from here on.
+            decisions: As for a new colony.
+            kinds: As for a new colony.
+
+        Raises:
+            ColonysimError: A part of others cannot say its state, a field cannot change under way, or a backend is
+                missing.
+
+        Example:
+            ```python
+            colony.run_until(time=60)
+            futures = [colony.fork(seed) for seed in range(20)]
+            print([future.run_until(event="episode").time for future in futures])
+            ```
+        """
+        saved = saved_of(self)
+        if backend is None and saved.origin.options is None:
+            raise ColonysimError("fork: this colony's backend was given as an object; give another one, backend=")
+        scenario = self._course.scenario if saved.state["course"] else self.scenario
+        fork = type(self)(
+            scenario, backend=saved.origin.backend if backend is None else backend,
+            backend_options=saved.origin.options if backend is None else None, policy=self._asked, mode=saved.mode,
+            sink=sink, episodes=saved.episodes, decisions=decisions, kinds=kinds,
+        )  # fmt: skip
+        with closed_on_error(fork):
+            restore(fork, saved.state)
+            diverge(fork, None if seed is None else as_seed(seed), overrides)
+        return fork
 
     # -- the end -----------------------------------------------------------------------------------------------------
 

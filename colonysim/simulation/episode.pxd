@@ -43,12 +43,12 @@ cdef class Episode:
     cdef public Waiting waiting
     cdef public list memories, views, random, processes, marks, outcomes, turns
     cdef public set finished, short
-    cdef public long long number, acting, standing, armed, timed, max_steps
+    cdef public long long number, acting, standing, armed, timed, max_steps, stepped
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
     cdef public bint stuck, over, synchronous, clocked, awaited
-    cdef unsigned char[::1] doing, expires
-    cdef int[::1] asks, target, box, hole, ends_at, short_waits, spins
-    cdef double[::1] began, since
+    cdef readonly unsigned char[::1] doing, expires
+    cdef readonly int[::1] asks, target, box, hole, ends_at, short_waits, spins
+    cdef readonly double[::1] began, since
     cdef public double[::1] still_until
     cdef Decision stopped
     cdef readonly long long[::1] steps

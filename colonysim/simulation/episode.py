@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from array import array
+from itertools import chain
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,14 @@ from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
 from colonysim.policies.decision import Stream, new_decision
-from colonysim.simulation.alarms import Alarm, Timers
+from colonysim.simulation.alarms import LAST, LATEST, Alarm, Timers
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.timeline import Timeline
 from colonysim.simulation.waiting import Waiting
+from colonysim.states import MOST, Stored
 from colonysim.trace.schema import EpisodeResult
 from colonysim.world.intents import Wait
+from colonysim.world.plain import move_of, move_state, outcome_of, outcome_state
 from colonysim.world.state import AgentStatus, nodes_of
 
 if TYPE_CHECKING:
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
     from colonysim.policies.decision import Decider, Decision
     from colonysim.policies.view import LocalView
     from colonysim.randomness import Streams
+    from colonysim.states import State
     from colonysim.trace.rows import Rows
     from colonysim.world.intents import Outcome
     from colonysim.world.state import World
@@ -59,6 +63,14 @@ STOPPED = "stopped"
 """The reason of an agent's wait while it stands still."""
 ABSENT, LOST = AgentStatus.ABSENT, AgentStatus.LOST
 RESTING, ACTING, STANDING = 0, 1, 2
+GENERATOR, WORDS = 3, 625
+"""Version of the states of Python's generators, and how many numbers one holds."""
+_COLUMNS = {
+    "steps": ("q", 0), "since": ("d", -1.0), "short_waits": ("i", 0), "spins": ("i", 0), "target": ("i", -1),
+    "box": ("i", -1), "hole": ("i", -1), "ends_at": ("i", -1), "asks": ("i", -1), "began": ("d", 0.0),
+    "still_until": ("d", 0.0),
+}  # fmt: skip
+"""What an episode has one number of for each agent: its type and its least value."""
 
 
 class Process(Alarm):
@@ -76,6 +88,7 @@ class Process(Alarm):
 
     def come(self, event: simpy.Event) -> None:
         """Its action has ended, or it is to choose again."""
+        self.reset()
         episode = self._episode
         if episode._goes_on(self._due):
             episode._resume(self._agent)
@@ -97,6 +110,7 @@ class Ticker(Alarm):
 
     def come(self, event: simpy.Event) -> None:
         """The next tick begins."""
+        self.reset()
         episode = self._episode
         if episode._goes_on(self._due):
             episode._tick()
@@ -138,6 +152,7 @@ class Episode:
         nursery = simpy.Environment()
         self.processes = [Process(nursery, self, agent) for agent in range(agents)]
         self.timers, self.ticker = Timers(self._expired), Ticker(nursery, self)
+        self.clock = Clock(nursery, backend, self._latest, self._goes_on, self._ended)
         nursery.run()
         # What each agent is doing: where it goes, with which box for which hole, since when, and what will come of it.
         self.doing = bytearray(agents)
@@ -163,7 +178,10 @@ class Episode:
         self.env = simpy.Environment()
         self.waiting.clear()
         self.timers.clear()
-        self.clock = Clock(self.env, self.backend, self._latest, self._goes_on, self._ended)
+        self.ticker.reset()
+        for process in self.processes:
+            process.reset()
+        self.clock.begin(self.env, self.backend.tick)
         self.ties = streams.draws("ties", len(views))
         self._seed(streams)
         for agent in range(len(views)):
@@ -175,7 +193,9 @@ class Episode:
         self.stuck, self.over, self.acting, self.standing, self.armed, self.timed = False, False, 0, 0, 0, 0
         self.short: set[int] = set()
         self.finished = {agent for agent in range(len(views)) if not self.timeline.takes_part(agent)}
-        self.turns: list[tuple[int, Decision, bool]] = []
+        # Of a synchronous tick: the agents that move, and of the others the nodes that they ask to be cleared, or -1.
+        self.turns: list[tuple[int, bool, int]] = []
+        self.stepped = 0
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
@@ -187,6 +207,107 @@ class Episode:
             return
         for agent, stream in enumerate(self.random):
             stream.generator.seed(streams.derive(f"agent/{agent}"))
+
+    # -- its state -------------------------------------------------------------------------------------------------
+
+    def state(self) -> State:
+        """All that the episode is between two events, besides world, fields, backend and what the agents remember."""
+        views, alarms = self.views, self.processes
+        generators = [stream.generator.getstate() for stream in self.random]
+        state: State = {name: array(kind, bytes(getattr(self, name))) for name, (kind, _) in _COLUMNS.items()}
+        return state | {
+            "now": self.now, "due": self.due, "last_outcome": self.last_outcome, "stuck": self.stuck, "over": self.over,
+            "wall": time.perf_counter() - self.wall, "stepped": self.stepped,
+            "doing": bytes(self.doing), "expires": bytes(self.expires),
+            "outcomes": [outcome_state(outcome) for outcome in self.outcomes],
+            "finished": sorted(self.finished), "short": sorted(self.short), "turns": [list(turn) for turn in self.turns],
+            "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
+            "refused": [move_state(view.refused) for view in views],
+            "alarms": array("d", [alarm.due for alarm in alarms]),
+            "orders": array("d", [alarm.order for alarm in alarms]),
+            "tick": [self.ticker.due, self.ticker.order],
+            "timers": self.timers.state(), "clock": self.clock.state(), "waiting": self.waiting.state(),
+            "timeline": self.timeline.state(), "ties": self.ties.numbers(),
+            "generators": array("I", chain.from_iterable(words for _, words, _ in generators)),
+            "gauss": [gauss for _, _, gauss in generators],
+        }  # fmt: skip
+
+    def restore(self, state: State, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> None:
+        """Takes over the state of an episode.
+
+        World, fields and backend are in their states already, and the backend has been reset with the same streams;
+        the other arguments are those of `begin`.
+
+        Raises:
+            ColonysimError: It is no such state.
+        """
+        told, world, agents = Stored(state, "episode"), self.world, len(self.views)
+        nodes, boxes, holes = len(world.topology), len(world.box_node), len(world.hole_node)
+        self.timeline.enter(number)
+        self._prepare(number, memories, streams, synchronous)
+        self.now, self.due = told.real("now", 0.0, LATEST), told.real("due", 0.0)
+        self.last_outcome, self.stuck, self.over = told.real("last_outcome", 0.0), told.flag("stuck"), told.flag("over")
+        self.wall, self.stepped = time.perf_counter() - told.real("wall", 0.0), told.whole("stepped")
+        most = {"target": nodes, "ends_at": nodes, "asks": nodes, "box": boxes, "hole": holes}
+        columns = {n: told.column(n, k, agents, least, most.get(n, MOST) - 1) for n, (k, least) in _COLUMNS.items()}
+        doing, expires = told.octets("doing", agents, STANDING), told.octets("expires", agents, 1)
+        outcomes = [outcome_of(each, world, "an outcome") for each in told.listed("outcomes", agents)]
+        self.finished = set(told.wholes("finished", None, 0, agents - 1))
+        self.short = set(told.wholes("short", None, 0, agents - 1))
+        self.turns = [_turn(told, turn, agents, nodes) for turn in told.listed("turns")]
+        waited, failures = told.column("waited", "d", agents, 0.0, LATEST), told.wholes("failures", agents)
+        refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
+        for agent, view in enumerate(self.views):
+            view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
+            view.look()
+        self.waiting.restore(told.part("waiting"))
+        self.clock.restore(told.part("clock"), world, self.now)
+        self.timers.restore(told.part("timers"), self.env, self.now)
+        self.timeline.restore(told.part("timeline"), self.now)
+        self._restore_alarms(told)
+        self._restore_streams(told)
+        for name, column in columns.items():
+            for agent in range(agents):
+                getattr(self, name)[agent] = column[agent]
+        for agent in range(agents):
+            self.doing[agent], self.expires[agent], self.outcomes[agent] = doing[agent], expires[agent], outcomes[agent]
+        acts = [agent for agent in range(agents) if doing[agent] == ACTING]
+        if any(self.target[agent] < 0 for agent in (*acts, *(agent for agent, moves, _ in self.turns if moves))):
+            raise told.fault("target", columns["target"], "a node for each agent that acts")
+        self.timed, self.acting = sum(expires), sum(not self.clock.expects(agent) for agent in acts)
+        self.standing = sum(each == STANDING for each in doing)
+
+    def _restore_alarms(self, told: Stored) -> None:
+        """Schedules the agents' alarms, and that of a synchronous episode, in the new environment."""
+        agents = len(self.processes)
+        due, orders = told.column("alarms", "d", agents), told.column("orders", "d", agents, -1.0, LAST)
+        ticker = Stored(dict(zip(("due", "order"), told.listed("tick", 2), strict=True)), "tick")
+        for alarm, at, order in (
+            *zip(self.processes, due, orders, strict=True),
+            (self.ticker, ticker.real("due", 0.0, LATEST), ticker.real("order", -1.0, LAST)),
+        ):
+            if order >= 0.0:
+                if not self.now <= at <= LATEST:
+                    raise told.fault("alarms", at, "times that are still to come")
+                alarm.arm(self.env, 0.0, at, order)
+        self.armed = sum(order >= 0.0 for order in orders)
+
+    def _restore_streams(self, told: Stored) -> None:
+        """Puts the random streams to where they had come to."""
+        agents = len(self.views)
+        self.ties.resume(told.column("ties", "Q", agents, 0, 2**64 - 1))
+        words, gauss = told.column("generators", "I", agents * WORDS, 0), told.listed("gauss", agents)
+        for agent, stream in enumerate(self.random):
+            own = tuple(words[agent * WORDS : (agent + 1) * WORDS])
+            try:
+                stream.generator.setstate((GENERATOR, own, gauss[agent]))
+            except (TypeError, ValueError) as error:
+                raise told.fault("generators", str(error), "states of Python's generator") from None
+
+    def reseed(self, streams: Streams) -> None:
+        """Draws from now on from other streams of the episode."""
+        self.ties = streams.draws("ties", len(self.views))
+        self._seed(streams)
 
     def close(self) -> None:
         """Lets go of what calls back, for it knows the episode."""
@@ -216,9 +337,6 @@ class Episode:
         else:
             for agent in self._present():
                 self._expect(agent, 0.0, ENDS)
-        if self.backend.tick is not None:
-            # What it raises reaches the caller itself, where SimPy would build another error like it.
-            self.env.process(self.clock.run(self.backend.tick)).callbacks.append(_raise_as_it_was)
 
     def _participants(self) -> list[int]:
         """The agents that are there from the start or join later in this episode."""
@@ -264,12 +382,22 @@ class Episode:
                 if due > until and self.limit > until and not self._stalls(due):
                     return False
             step()
+            self.stepped += 1
             if self.over:
                 return False
             if rows.events:
                 return True
         self.over = True
         return False
+
+    def go_through(self, steps: int) -> bool:
+        """Goes on to a number of SimPy's steps of this episode, however long that is; False if it ends before."""
+        while self.stepped < steps:
+            if self.over or self.env.peek() == inf:
+                return False
+            self.env.step()
+            self.stepped += 1
+        return True
 
     def _goes_on(self, due: float) -> bool:
         """Whether the episode has not ended by the time of an event that has just come; if so, that is the time now."""
@@ -468,7 +596,7 @@ class Episode:
         seconds = self.motion.undertake(agent, node, box, hole, self.now)
         self.doing[agent] = ACTING
         if seconds < 0.0:
-            self.clock.expect(agent, self._enough(agent, node))
+            self.clock.expect(agent, self._enough(agent, node), self.now)
             return
         self.outcomes[agent], self.ends_at[agent] = self.motion.outcome, self.motion.ends_at
         self.acting += 1
@@ -637,7 +765,7 @@ class Episode:
             if decision is self.stopped:
                 timed = True
                 self._note_stop(agent)
-                self.turns.append((agent, decision, False))
+                self.turns.append((agent, False, -1))
                 continue
             if decision.node < 0:
                 wait = decision.waits(self.views[agent])
@@ -651,11 +779,12 @@ class Episode:
             if not moves:
                 self._note_wait(agent, wait.nodes)
                 self.views[agent].waited += 1.0
-            self.turns.append((agent, decision, moves))
+            clear = -1 if moves or decision.wait is None else decision.wait.clear
+            self.turns.append((agent, moves, clear))
         if not moving and not timed and self.timeline.armed == 0:
             self.stuck = True  # unless all have finished, nobody will do anything more
             return
-        for agent, decision, moves in self.turns:
+        for (agent, moves, _), decision in zip(self.turns, decisions, strict=True):
             if moves:
                 self._act(agent, decision)
         if not moving:
@@ -666,12 +795,11 @@ class Episode:
         world, turns, self.turns = self.world, self.turns, []
         for node in list(world.clear_requests):
             world.unask(node)
-        for agent, decision, moves in turns:
+        for agent, moves, clear in turns:
             if moves:
                 self._settle(agent)
                 continue
             self.steps[agent] += 1
-            clear = decision.wait.clear if decision.wait is not None else -1
             if clear >= 0 and clear not in world.clear_requests:
                 world.ask(agent, clear)
                 self.asks[agent] = clear
@@ -692,10 +820,13 @@ class Episode:
                 rows.marked(marks, agent, count)
 
 
+def _turn(told: Stored, given: object, agents: int, nodes: int) -> tuple[int, bool, int]:
+    """An agent of a synchronous tick, whether it moves, and the node that it asks to be cleared."""
+    if isinstance(given, list) and len(given) == 3:
+        each = Stored(dict(zip(("agent", "moves", "clear"), given, strict=True)), "turns")
+        return each.whole("agent", 0, agents - 1), each.flag("moves"), each.whole("clear", -1, nodes - 1)
+    raise told.fault("turns", given, "agent, whether it moves, and a node")
+
+
 def _none(count: int) -> list[Outcome | None]:
     return [None] * count
-
-
-def _raise_as_it_was(process: Any) -> None:
-    if not process.ok:
-        raise process.value

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 from colonysim.arguments import real
 from colonysim.errors import ColonysimError, PluginError
 from colonysim.simulation.foreign.answers import SHOWN, is_text
+from colonysim.states import Stored
 from colonysim.trace.schema import Measurement
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from colonysim.simulation.colony import Colony
+    from colonysim.states import State
 
 __all__ = ["Measures"]
 
@@ -46,6 +48,8 @@ class Measures:
     def __init__(self) -> None:
         self._all: list[_Measure] = []
         self.due = inf
+        self._saved: dict[str, int] = {}
+        """Of a saved colony: for each name how many values there are in the episode, counting the next."""
 
     def add(self, name: str, call: Callable[[Colony], float], every: float | None, now: float) -> None:
         """Adds one; see `Colony.measure`."""
@@ -56,11 +60,14 @@ class Measures:
         if not callable(call):
             raise ColonysimError(f"measure: {SHOWN.repr(call)} is no function of a colony")
         period = inf if every is None else real("measure: every", every, SHORTEST, LONGEST)
-        self._all.append(_Measure(name, call, period, now))
+        measure = _Measure(name, call, period, now)
+        measure.count = self._saved.pop(name, measure.count)
+        self._all.append(measure)
         self._set_due()
 
     def begin(self) -> None:
         """A new episode begins."""
+        self._saved.clear()
         for measure in self._all:
             measure.count = 1
         self._set_due()
@@ -76,6 +83,20 @@ class Measures:
                 yield Measurement(episode, now, measure.name, _number(measure.name, measure.call(colony)))
                 measure.count += 1
         self._set_due()
+
+    @property
+    def missing(self) -> list[str]:
+        """What was measured before the colony was saved and is not any more, or not yet."""
+        return sorted(self._saved)
+
+    def state(self) -> State:
+        """How many values of each there are in the episode."""
+        return self._saved | {measure.name: measure.count for measure in self._all}
+
+    def restore(self, state: State) -> None:
+        """Takes over the counts, for measures of the same names that are added later."""
+        told = Stored(state, "measures")
+        self._saved = {name: told.whole(name, 1) for name in state}
 
     def _set_due(self) -> None:
         self.due = min((measure.due for measure in self._all), default=inf)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 import simpy
 
-from colonysim.simulation.alarms import Alarm
+from colonysim.simulation.alarms import LAST, LATEST, Alarm
 from colonysim.suggest import nearest
 from colonysim.world.changing import make, possible
 from colonysim.world.state import AgentStatus
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from colonysim.scenario.changes import Change
     from colonysim.scenario.scenario import Scenario
     from colonysim.simulation.episode import Episode
+    from colonysim.states import State, Stored
 
 __all__ = ["CHANGES_FIRST", "Timeline", "refuse_unknown_fields"]
 
@@ -53,6 +55,7 @@ class _Due(Alarm):
 
     def come(self, event: simpy.Event) -> None:
         """The time has come."""
+        self.reset()
         self._timeline.come(self, self._due)
 
 
@@ -88,17 +91,23 @@ class Timeline:
         Args:
             number: The episode's number.
         """
-        self.armed = 0
-        self.waiting.clear()
-        self._episode.awaited = False
-        self._begun.clear()
-        self._of_now = [alarm for alarm in self._alarms if alarm.change.happens_in(number)]
-        self._joining = frozenset(alarm.change.agents[0] for alarm in self._of_now if alarm.change.kind == "add_agent")
+        self.enter(number)
         for alarm in self._of_now:
             change = alarm.change
             at_once = change.time == 0.0 and change.condition is None and change.kind in _OF_PLACE
             if at_once and possible(self._world, change):
                 self._begun.append((change, make(self._world, change)))
+
+    def enter(self, number: int) -> None:
+        """Nothing has happened yet in the episode of a number."""
+        self.armed = 0
+        self.waiting.clear()
+        self._episode.awaited = False
+        self._begun.clear()
+        for alarm in self._alarms:
+            alarm.reset()
+        self._of_now = [alarm for alarm in self._alarms if alarm.change.happens_in(number)]
+        self._joining = frozenset(alarm.change.agents[0] for alarm in self._of_now if alarm.change.kind == "add_agent")
 
     def begin(self) -> None:
         """The episode has begun: what has changed is written down, and the rest gets its time."""
@@ -139,6 +148,28 @@ class Timeline:
             if self._ready(alarm.change):
                 self.waiting.remove(alarm)
                 self._arm(alarm, self._episode.now, 0.0)
+        self._episode.awaited = bool(self.waiting)
+
+    # -- its state -------------------------------------------------------------------------------------------------
+
+    def state(self) -> State:
+        """When each change comes, if it does, and which of them wait for something else."""
+        return {
+            "due": array("d", [alarm.due for alarm in self._alarms]),
+            "orders": array("d", [alarm.order for alarm in self._alarms]),
+            "waiting": [alarm.change.number for alarm in self.waiting],
+        }
+
+    def restore(self, told: Stored, now: float) -> None:
+        """Takes over a state, after `enter` and at time 0 of a new environment; nothing is due before `now`."""
+        count = len(self._alarms)
+        due, orders = told.column("due", "d", count), told.column("orders", "d", count, -1.0, LAST)
+        for alarm, at, order in zip(self._alarms, due, orders, strict=True):
+            if order >= 0.0:
+                if not now <= at <= LATEST:
+                    raise told.fault("due", at, "times that are still to come")
+                self._arm(alarm, 0.0, at)
+        self.waiting = [self._alarms[number] for number in told.wholes("waiting", None, 0, count - 1)]
         self._episode.awaited = bool(self.waiting)
 
     # -- what can be -------------------------------------------------------------------------------------------------

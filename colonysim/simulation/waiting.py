@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from colonysim.states import State, Stored
+
 __all__ = ["Waiting"]
 
 FEW = 16
@@ -105,6 +107,33 @@ class Waiting:
             entry = after
         self._last[node] = before
         self._full[node] = max(FEW, 2 * self._long[node])
+
+    def state(self) -> State:
+        """The state and the wait of each agent, and node by node the waits that are not over, in their order."""
+        nodes, waits = array("i"), array("q")
+        for node in range(len(self._first)):
+            entry = self._first[node]
+            while entry != NOTHING:
+                wait = self._wait[entry]
+                if self._waits[wait % self._agents] == wait:
+                    nodes.append(node)
+                    waits.append(wait)
+                entry = self._next[entry]
+        return {"states": bytes(self._states), "waits": array("q", bytes(self._waits)), "at": nodes, "who": waits}
+
+    def restore(self, state: Stored) -> None:
+        """Takes over the state of as many agents on as many nodes."""
+        agents = self._agents
+        states, waits = state.octets("states", agents, _CALLED), state.column("waits", "q", agents, 0)
+        at, who = state.column("at", "i", None, 0, len(self._first) - 1), state.column("who", "q", None, 0)
+        if any(wait % agents != agent for agent, wait in enumerate(waits)) or len(at) != len(who):
+            raise state.fault("waits", waits, "waits of agents and nodes that exist")
+        self.clear()
+        self._count = agents - states.count(_NOT)
+        for agent in range(agents):
+            self._states[agent], self._waits[agent] = states[agent], waits[agent]
+        for node, wait in zip(at, who, strict=True):
+            self._add(node, wait)
 
     def waits(self, agent: int) -> bool:
         """Whether an agent waits, called or not."""

@@ -7,6 +7,7 @@ from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.errors import TraceError
+from colonysim.states import Stored
 from colonysim.suggest import nearest
 from colonysim.trace.schema import TABLES, Event, Frame
 from colonysim.trace.writer import TraceWriter
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from colonysim.pheromones.field import Field
     from colonysim.pheromones.marks import Marks
     from colonysim.scenario.scenario import Scenario
+    from colonysim.states import State
     from colonysim.trace.block import Block
     from colonysim.trace.schema import EpisodeResult, Measurement, Sink, Table
 
@@ -253,6 +255,26 @@ class Rows:
                 if table not in TABLES:
                     raise TraceError(f"the backend wrote to a table {table!r}; {nearest(table, TABLES)}")
                 self._write(table, (self._episode, *row))
+
+    def state(self) -> State:
+        """The events that have not been taken yet; all other rows are in the sink."""
+        return {"events": [list(event) for event in self.events]}
+
+    def restore(self, state: State, episode: int, now: float) -> None:
+        """Takes over the events that these rows hand out, and goes on in an episode at a time."""
+        told = Stored(state, "events")
+        self._episode, self.now = episode, now
+        events, kinds = [], [*TABLES["events"].values()]
+        for event in told.listed("events"):
+            if not isinstance(event, list) or len(event) != len(kinds):
+                raise told.fault("events", event, f"{len(kinds)} values for each event")
+            each = Stored(dict(zip(Event._fields, event, strict=True)), "an event")
+            read = {"int": each.whole, "float": each.real, "text": each.text}
+            bounds = {"int": (-1,), "float": (0.0,), "text": ()}
+            events.append(
+                Event._make(read[kind](name, *bounds[kind]) for name, kind in zip(Event._fields, kinds, strict=True))
+            )
+        self.events[:] = [event for event in events if self._heard(event.kind)]
 
     def close(self, fields: Mapping[str, Field], result: EpisodeResult) -> None:
         """The episode has ended: a key frame of every field, if the sink keeps that of this one, and the result."""

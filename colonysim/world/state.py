@@ -12,6 +12,7 @@ from copy import deepcopy
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
+from colonysim.states import Stored
 from colonysim.world.intents import Push
 from colonysim.world.terrain import Terrain
 from colonysim.world.visibility import Visibility
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from colonysim.scenario.scenario import Scenario
+    from colonysim.states import State
     from colonysim.world.intents import Intent, Outcome
 
 __all__ = ["BARRED", "AgentStatus", "Place", "World", "nodes_of"]
@@ -38,6 +40,15 @@ _COLUMNS = (
 """What changes in an episode and has one value for each node, box or agent."""
 _TABLES = ("edge_holder", "stacks", "clear_requests")
 """What changes in an episode and has values for a few nodes or edges only."""
+
+
+_SAVED = {
+    "surface": "d", "occupant": "i", "node_holder": "i", "top": "i", "box_node": "i", "box_base": "d",
+    "agent_node": "i", "agent_from": "i", "agent_box": "i",
+}  # fmt: skip
+"""Those of them that are arrays, with their types."""
+_HIGHEST, _LATEST = 1e300, 1e300
+"""Bounds of heights and times in a state."""
 
 
 class AgentStatus(Enum):
@@ -127,6 +138,10 @@ class World:
         self.floor = array("d", self.scenario.topology.z)
         self.rim = array("d", [hole.rim for hole in self.scenario.holes])
 
+    def adopt(self, scenario: Scenario) -> None:
+        """Goes on with another scenario of the same place, boxes, holes and agents."""
+        self.scenario = scenario
+
     def reset(self) -> None:
         """Puts agents and boxes where they start, and ends all claims, reservations and requests."""
         scenario, self.now = self.scenario, 0.0
@@ -170,6 +185,94 @@ class World:
             twin.terrain.rises[:] = self.terrain.rises
         twin.now, twin.goal = self.now, self.goal
         return twin
+
+    def state(self) -> State:
+        """What has changed since the start of the episode, as plain data."""
+        state: State = {name: array(kind, bytes(getattr(self, name))) for name, kind in _SAVED.items()}
+        return state | {
+            "now": self.now, "box_claim": list(self.box_claim), "box_stray": list(self.box_stray),
+            "agent_status": [status.value for status in self.agent_status],
+            "reserved": [[_as_list(place) for place in places] for places in self.reserved],
+            "edge_holder": [[*edge, agent] for edge, agent in self.edge_holder.items()],
+            "stacks": [[node, *boxes] for node, boxes in self.stacks.items()],
+            "clear_requests": [[node, agent] for node, agent in self.clear_requests.items()],
+            "place": self._place_state() if self.scenario.changes else None,
+        }  # fmt: skip
+
+    def _place_state(self) -> State:
+        """What a timeline may have changed of the place."""
+        return {
+            "goal": self.goal, "floor": array("d", bytes(self.floor)),
+            "taken": [list(edge) for edge in self.terrain.taken()],
+        }  # fmt: skip
+
+    def _restore_place(self, told: Stored) -> None:
+        nodes = len(self.top)
+        floor, goal = told.column("floor", "d", nodes, -_HIGHEST, _HIGHEST), told.whole("goal", 0, nodes - 1)
+        taken = self._rows_of(told, "taken", 2, (nodes, nodes))
+        if not all(self.adjacent(i, j) for i, j in taken):
+            raise told.fault("taken", taken, "edges of the place")
+        self.goal, self.floor[:] = goal, floor
+        self.terrain.shape(self.floor, [(i, j) for i, j in taken])
+
+    def restore(self, state: State) -> None:
+        """Takes over the state of a world of the same scenario.
+
+        Raises:
+            ColonysimError: It is none.
+        """
+        told = Stored(state, "world")
+        nodes, boxes, agents = len(self.top), len(self.box_node), len(self.agent_node)
+        bounds = {
+            "surface": (nodes, -_HIGHEST, _HIGHEST), "occupant": (nodes, -1, agents - 1),
+            "node_holder": (nodes, -1, agents - 1), "top": (nodes, -1, boxes - 1), "box_node": (boxes, -1, nodes - 1),
+            "box_base": (boxes, -_HIGHEST, _HIGHEST), "agent_node": (agents, 0, nodes - 1),
+            "agent_from": (agents, -1, nodes - 1), "agent_box": (agents, -1, boxes - 1),
+        }  # fmt: skip
+        columns = {name: told.column(name, kind, *bounds[name]) for name, kind in _SAVED.items()}
+        stacks = {node: stack for node, *stack in self._rows_of(told, "stacks", 2, (nodes, *[boxes] * boxes))}
+        placed = {box: node for node, stack in stacks.items() for box in stack}
+        there = [placed.get(box, -1) for box in range(boxes)]
+        missing = not self.scenario.changes and -1 in there
+        if missing or sum(map(len, stacks.values())) != len(placed) or there != [*columns["box_node"]]:
+            raise told.fault("stacks", stacks, "each box once, where it is")
+        if any(top != (stacks[node][-1] if node in stacks else -1) for node, top in enumerate(columns["top"])):
+            raise told.fault("top", columns["top"], "the topmost box of each node")
+        statuses = {status.value: status for status in AgentStatus}
+        found = told.listed("agent_status", agents)
+        if not all(type(word) is str and word in statuses for word in found):
+            raise told.fault("agent_status", found, f"words such as {', '.join(statuses)}")
+        claims, strays = told.wholes("box_claim", boxes, -1, agents - 1), told.listed("box_stray", boxes)
+        if not all(type(stray) is bool for stray in strays):
+            raise told.fault("box_stray", strays, "True or False for each box")
+        reserved = [_places(told, each, nodes) for each in told.listed("reserved", agents)]
+        edges = self._rows_of(told, "edge_holder", 3, (nodes, nodes, agents))
+        requests = self._rows_of(told, "clear_requests", 2, (nodes, agents))
+        if self.scenario.changes:
+            self._restore_place(told.part("place"))
+        self.now = told.real("now", 0.0, _LATEST)
+        for name, column in columns.items():
+            getattr(self, name)[:] = column
+        self.box_claim[:], self.box_stray[:] = claims, strays
+        self.agent_status[:], self.reserved[:] = [statuses[word] for word in found], reserved
+        for node in list(self.clear_requests):
+            self.unask(node)
+        for table, pairs in (
+            (self.stacks, stacks.items()), (self.edge_holder, [((i, j), agent) for i, j, agent in edges]),
+        ):  # fmt: skip
+            table.clear()
+            table.update(pairs)
+        for node, agent in requests:
+            self.ask(agent, node)
+
+    def _rows_of(self, told: Stored, name: str, least: int, below: tuple[int, ...]) -> list[list[int]]:
+        """A list of rows of whole numbers, of at least so many, each number below its bound."""
+        rows = told.listed(name)
+        for row in rows:
+            sound = isinstance(row, list) and least <= len(row) <= len(below)
+            if not sound or not all(type(n) is int and 0 <= n < most for n, most in zip(row, below, strict=False)):
+                raise told.fault(name, row, "numbers of what exists")
+        return rows
 
     # -- the rules of the place ------------------------------------------------------------------------------------
 
@@ -631,6 +734,21 @@ class World:
             for box in stack:
                 height += self.box_height[box]
         return height
+
+
+def _as_list(place: Place) -> int | list[int]:
+    return place if isinstance(place, int) else list(place)
+
+
+def _places(told: Stored, given: object, nodes: int) -> tuple[Place, ...]:
+    """Nodes and edges of a state."""
+    places: list[Place] = []
+    for place in given if isinstance(given, list) else [None]:
+        ends = place if isinstance(place, list) else [place]
+        if len(ends) not in (1, 2) or not all(type(end) is int and 0 <= end < nodes for end in ends):
+            raise told.fault("reserved", place, "nodes and edges")
+        places.append((ends[0], ends[1]) if isinstance(place, list) else ends[0])
+    return tuple(places)
 
 
 def nodes_of(places: Iterable[Place]) -> list[int]:

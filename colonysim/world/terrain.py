@@ -8,6 +8,8 @@ from math import isnan, nan
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["SAME_HEIGHT", "Terrain"]
@@ -63,6 +65,24 @@ class Terrain:
         """Whether there is an edge from `i` to `j` now."""
         edge = self.edge(i, j)
         return edge >= 0 and not isnan(self.rises[edge])
+
+    def taken(self) -> list[tuple[int, int]]:
+        """The edges (i, j), i < j, that are not there now."""
+        return [
+            (i, self.ends[edge])
+            for i in range(self.size)
+            for edge in range(self.first[i], self.first[i + 1])
+            if i < self.ends[edge] and isnan(self.rises[edge])
+        ]
+
+    def shape(self, floor: array[float], taken: Iterable[tuple[int, int]]) -> None:
+        """Lets slopes rise as the nodes' bare surfaces say, and takes edges away; all others are there."""
+        for i in range(self.size):
+            for edge in range(self.first[i], self.first[i + 1]):
+                if i < self.ends[edge]:
+                    self.give_edge(i, self.ends[edge], floor)
+        for i, j in taken:
+            self.take_edge(i, j)
 
     def take_edge(self, i: int, j: int) -> None:
         """Takes the edge between two nodes away, in both directions."""

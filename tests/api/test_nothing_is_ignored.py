@@ -23,6 +23,7 @@ PROTOCOLS = {
     "_wait", "_stop", "note",  # signal handlers
     "undertake", "come",  # what the simulation asks of backends, and SimPy's callbacks
     "scripted",  # an executor without chance
+    "state", "reseed",  # of a memory whoever it is of, and of what draws nothing
     "decide", "deposit", "handle_error", "_show_warning",  # what the bench brings, what a server and `warnings` call
 }  # fmt: skip
 

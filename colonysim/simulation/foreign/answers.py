@@ -15,6 +15,7 @@ import numpy as np
 
 from colonysim.errors import PASSED_ON, ColonysimError, PluginError, told
 from colonysim.pheromones.field import Write
+from colonysim.states import copied
 
 if TYPE_CHECKING:
     from colonysim.trace.rows import Rows
@@ -132,6 +133,29 @@ class Foreign:
     def _raised(self, method: str, error: BaseException, agent: int | None = None) -> PluginError:
         """What to say of an error: another's code may fail in any way, exit() included; ours still owes a message."""
         return self._fault(f"{method} raises {told(error)}", agent)
+
+    @property
+    def savable(self) -> bool:
+        """Whether the part has the two methods by which it takes part in saving."""
+        return all(callable(getattr(self._part, name, None)) for name in ("state", "restore"))
+
+    def check_savable(self) -> None:
+        """Checks that the part can be saved.
+
+        Raises:
+            PluginError: It cannot.
+        """
+        if not self.savable:
+            raise self._fault(
+                f"{type(self._part).__name__} has no methods 'state' and 'restore', without which a colony cannot be "
+                "saved"
+            )
+
+    def _copied(self, method: str, given: Any, agent: int | None = None) -> Any:
+        try:
+            return copied(given, f"what {method} returns")
+        except ColonysimError as error:
+            raise self._fault(str(error), agent) from None
 
     def _listed(self, method: str, given: Any, agent: int | None = None) -> list[Any]:
         try:

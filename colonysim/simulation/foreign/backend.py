@@ -7,14 +7,19 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from colonysim.backends.protocol import Done, TraceRow
-from colonysim.simulation.foreign.answers import LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, plain, real, whole
+from colonysim.simulation.foreign.answers import (
+    LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, plain, real, truth, whole,
+)  # fmt: skip
+from colonysim.states import Stored
 from colonysim.trace.schema import TABLES
 from colonysim.world.intents import BoxPlace, Outcome
+from colonysim.world.plain import move_of, move_state
 
 if TYPE_CHECKING:
     from colonysim.backends.protocol import Backend, Finished
     from colonysim.randomness import Streams
     from colonysim.scenario.changes import Change
+    from colonysim.states import State
     from colonysim.trace.rows import Rows
     from colonysim.world.intents import Move
     from colonysim.world.state import Place, World
@@ -191,6 +196,38 @@ class ForeignBackend(Foreign):
                 raise self._fault(f"rows returns {SHOWN.repr(each)}, expected rows of {' and '.join(_OF_BACKENDS)}")
             found.append(TraceRow(table, row))
         return found
+
+    @property
+    def replayable(self) -> bool:
+        """Whether it says that an episode that is gone through again comes to the same."""
+        return truth(getattr(self._part, "replayable", False)) is True
+
+    def state(self) -> State:
+        """What the backend says, and the actions that are under way."""
+        self.check_savable()
+        under_way = [[agent, move_state(intent)] for agent, intent in self._under_way.items()]
+        return {"own": self._copied("state", self._call("state")), "under_way": under_way}
+
+    def restore(self, state: State) -> None:
+        """It may raise; called after `reset`."""
+        self.check_savable()
+        told, agents = Stored(state, f"backend {self.name!r}"), len(self._world.agent_node)
+        self._under_way = {}
+        for each in told.listed("under_way"):
+            pair = Stored(dict(zip(("agent", "move"), each, strict=False)) if isinstance(each, list) else each, "a move")
+            move = move_of(pair.take("move"), self._world, "a move under way")
+            if move is not None:
+                self._under_way[pair.whole("agent", 0, agents - 1)] = move
+        self._call("restore", told.take("own"))
+
+    def reseed(self, streams: Streams) -> None:
+        """It may raise, or be unable to."""
+        if not callable(getattr(self._part, "reseed", None)):
+            raise self._fault(
+                f"{type(self._part).__name__} has no method 'reseed', by which a fork with a seed of its own gives it "
+                "other random streams"
+            )
+        self._call("reseed", streams)
 
     def close(self) -> None:
         """It may raise."""

@@ -12,6 +12,7 @@ from colonysim.simulation.foreign.answers import SHOWN, Foreign, real, truth, wh
 
 if TYPE_CHECKING:
     from colonysim.pheromones.field import Field
+    from colonysim.states import State
     from colonysim.trace.rows import Rows
     from colonysim.world.state import World
 
@@ -79,6 +80,16 @@ class ForeignField(Foreign, Marks):
     def frame(self) -> Iterable[Write]:
         """Finite values at what exists."""
         return self._writes("frame", self.by_box, None, self._call("frame"))
+
+    def state(self) -> State:
+        """What the field says, if it can say it."""
+        self.check_savable()
+        return self._copied("state", self._call("state"))
+
+    def restore(self, state: State) -> None:
+        """It may raise."""
+        self.check_savable()
+        self._call("restore", state)
 
     def load(self, frame: Iterable[Write]) -> None:
         """It may raise."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
-from colonysim.errors import PASSED_ON
+from colonysim.errors import PASSED_ON, ColonysimError
 from colonysim.policies.decision import Decider, new_decision
 from colonysim.policies.policy import Choice
 from colonysim.simulation.foreign.answers import SHOWN, Foreign, listed, real, truth, whole
+from colonysim.states import copied
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
@@ -39,6 +40,22 @@ class ForeignPolicy(Foreign, Decider):
     def begin(self, agent: int, memory: Any) -> Any:
         """It may raise."""
         return self._call("begin", agent, memory, agent=agent)
+
+    def state(self, agent: int, memory: Any) -> Any:
+        """Plain data: of the memory itself, if the policy does not say it otherwise."""
+        if self.savable:
+            return self._copied("state", self._call("state", agent, memory, agent=agent), agent)
+        try:
+            return copied(memory, "its memory")
+        except ColonysimError as error:
+            why = f"{error}; a policy with other memories needs methods 'state' and 'restore' to be saved"
+            raise self._fault(why, agent) from None
+
+    def restore(self, agent: int, state: Any) -> Any:
+        """The memory; the policy's method may raise."""
+        if self.savable:
+            return self._call("restore", agent, state, agent=agent)
+        return copied(state, "a memory")
 
     def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """An intent that speaks of what exists, and a choice that fits the trace."""

@@ -1,0 +1,345 @@
+"""Writes down what a colony is between two events, and makes another one the same."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from colonysim import __version__
+from colonysim.errors import ColonysimError, PluginError, ScenarioError
+from colonysim.files import found_at
+from colonysim.plugins import make_policy
+from colonysim.randomness import Streams
+from colonysim.simulation.foreign import checked_fields, checked_policy
+from colonysim.simulation.origins import backend_of, policy_of, scenario_of
+from colonysim.simulation.saving import Saved
+from colonysim.simulation.settings import changed
+from colonysim.states import Stored, copied
+from colonysim.trace.rows import Rows
+from colonysim.trace.schema import Measurement
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.policies.policy import Policy
+    from colonysim.scenario.scenario import Scenario
+    from colonysim.simulation.colony import Colony
+    from colonysim.states import State
+    from colonysim.trace.schema import Sink
+
+__all__ = ["Course", "check_savable", "closed_on_error", "diverge", "loaded", "restore", "saved_of", "state_of"]
+
+C = TypeVar("C", bound="Colony")
+
+_MOMENT = ("world", "episode")
+"""The parts by which it is found out whether going through an episode again came to the same moment."""
+_CLOCKED = ("wall",)
+"""What differs between two that are the same."""
+
+
+class Course:
+    """How a colony on a backend that cannot say its state came to where it is: by what it goes through it again.
+
+    Args:
+        scenario: The colony's.
+
+    Attributes:
+        scenario: The scenario as it was then.
+        begun: The colony's state before the episode under way began; None where it is not needed.
+        changes: What a fork changed since, after how many of SimPy's steps of the episode: the seed of new random
+            streams or None, and fields of the scenario.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario, self.changes = scenario, []  # type: tuple[Scenario, list[dict[str, Any]]]
+        self.begun: State | None = None
+
+    def begin(self, colony: Colony) -> None:
+        """The next episode of a colony is about to begin."""
+        self.scenario, self.changes, self.begun = colony.scenario, [], None
+        if replays(colony._body):
+            with suppress(ColonysimError):  # a part cannot say its state, which whoever wants to save it is told
+                self.begun = state_of(colony)
+
+
+def check_savable(colony: Colony) -> None:
+    """Checks that every part of a colony can be saved.
+
+    Raises:
+        PluginError: One cannot.
+    """
+    for field in colony._fields.values():
+        if hasattr(field, "check_savable"):
+            field.check_savable()
+    body = colony._body
+    if not (says_state(body) or getattr(body, "replayable", False)):
+        raise PluginError(
+            f"backend {body.name!r} can neither say its state (methods 'state' and 'restore') nor go through an "
+            "episode again exactly ('replayable'), without which a colony cannot be saved"
+        )
+
+
+def says_state(body: Backend) -> bool:
+    """Whether a backend has the methods by which it takes part in saving."""
+    return bool(getattr(body, "savable", callable(getattr(body, "state", None))))
+
+
+def replays(body: Backend) -> bool:
+    """Whether a colony on this backend is brought to a moment by going through the episode again."""
+    return not says_state(body) and bool(getattr(body, "replayable", False))
+
+
+def state_of(colony: Colony) -> State:
+    """All that a colony is between two events, as plain data.
+
+    Raises:
+        ColonysimError: A part of others cannot say it.
+    """
+    check_savable(colony)
+    policy, streams = colony._policy, colony._streams
+    state: State = {
+        "seed": streams.seed, "path": streams.path, "number": colony._number, "running": colony._running,
+        "aged": colony._aged, "world": colony._world.state(),
+        "fields": {name: field.state() for name, field in colony._fields.items()},
+        "memories": [policy.state(agent, memory) for agent, memory in enumerate(colony._memories)],
+        "rows": colony._rows.state(), "measures": colony._measures.state(),
+        "measured": [list(row) for row in colony._measured],
+        "episode": colony._episode.state() if colony._number else None, "backend": None, "course": None,
+    }  # fmt: skip
+    if colony._running:
+        if replays(colony._body):
+            begun, changes = colony._course.begun, colony._course.changes
+            if begun is None:  # a part could not say it then, and most likely cannot now
+                raise ColonysimError("this colony cannot be saved before its next episode: a part had no plain state")
+            state["course"] = {"begun": copied(begun, "begun"), "changes": copied(changes, "changes")}
+        else:
+            state["backend"] = colony._body.state()  # type: ignore[attr-defined]
+    return state
+
+
+def restore(colony: Colony, state: State) -> None:
+    """Makes a colony that has not begun the same as that of a state.
+
+    Raises:
+        ColonysimError: It is no state of such a colony.
+    """
+    told = Stored(state, "colony")
+    course = told.take("course")
+    if course is not None:
+        _go_through(colony, told, Stored(course, "course"))
+    else:
+        _take_over(colony, told)
+    colony._rows.restore(told.take("rows"), colony._number, colony._world.now)
+    colony._measures.restore(told.take("measures"))
+    rows = [_measurement(row) for row in told.listed("measured")]
+    colony._measured[:] = rows
+
+
+def _measurement(row: Any) -> Measurement:
+    each = Stored(dict(zip(Measurement._fields, row if isinstance(row, list) else (), strict=False)), "a measurement")
+    value = each.take("value")
+    if type(value) is not float:
+        raise each.fault("value", value, "a number")
+    return Measurement(each.whole("episode", 1), each.real("time", 0.0), each.text("name"), value)
+
+
+def _take_over(colony: Colony, told: Stored) -> None:
+    """Puts every part into its state."""
+    path = told.text("path")
+    colony._streams = Streams(told.whole("seed", 0, 10**18), path)
+    colony._number, colony._aged = told.whole("number", 0, colony._count), told.flag("aged")
+    running, world, body = told.flag("running"), colony._world, colony._body
+    fields, given = colony._fields, told.part("fields")
+    if missing := fields.keys() ^ told.take("fields").keys():  # a mapping, or it were no part
+        names = ", ".join(sorted(missing))
+        raise ColonysimError(f"the saved colony has other pheromone fields than this policy: {names}")
+    for name, field in fields.items():
+        field.restore(given.take(name))
+    memories = told.listed("memories", len(colony._memories))
+    colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
+    own = colony._streams.within(f"episode/{colony._number}")
+    if running:
+        body.reset(world, own)  # with everything where it starts: what has changed since is in the states
+    world.restore(told.take("world"))
+    if running:
+        body.restore(told.take("backend"))  # type: ignore[attr-defined]
+    if colony._number:
+        colony._episode.restore(
+            told.take("episode"), colony._number, colony._memories, own, synchronous=colony.mode == "synchronous"
+        )
+    colony._running = running
+
+
+def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
+    """Goes through the episode under way again, without rows and observers, to the same moment."""
+    begun = course.take("begun")
+    if not isinstance(begun, dict) or begun.get("running") is not False:
+        raise course.fault("begun", type(begun).__name__, "the state before an episode")
+    _take_over(colony, Stored(begun, "colony before the episode"))
+    episode, rows = colony._episode, colony._rows
+    steps = told.part("episode").whole("stepped")
+    episode.rows = Rows(colony.scenario, None, False, frozenset())
+    try:
+        if not colony._begin_next():
+            raise course.fault("begun", "the end of the run", "an episode to come")
+        for change in course.listed("changes"):
+            each = Stored(change, "a change")
+            _step_to(colony, each.whole("steps", 0, steps))
+            seed = each.take("seed")
+            diverge(colony, None if seed is None else each.whole("seed"), each.take("settings"))
+        _step_to(colony, steps)
+    finally:
+        episode.rows = rows
+    colony._world.now = max(colony._world.now, told.part("world").real("now", 0.0))
+    found = {"world": colony._world.state(), "episode": episode.state()}
+    for name in _MOMENT:
+        before = told.take(name)
+        for key, value in found[name].items():
+            if key not in _CLOCKED and before.get(key) != value:
+                raise ColonysimError(
+                    f"backend {colony._body.name!r}: going through the episode again came to another moment ({name}, "
+                    f"{key}): it was saved with another version of the engine, or on another kind of processor"
+                )
+
+
+def _step_to(colony: Colony, steps: int) -> None:
+    if not colony._episode.go_through(steps):
+        raise ColonysimError("going through the episode again came to its end before that moment")
+
+
+def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequence[str] | None) -> None:
+    """Gives a colony other random streams from now on, or changes fields of its scenario.
+
+    Args:
+        colony: The colony, between two events.
+        seed: What the streams are derived from; None for those that it has.
+        settings: Fields of the scenario by dotted path, as for `load_scenario`; None for none.
+
+    Raises:
+        ColonysimError: A field cannot change under way.
+    """
+    if settings:
+        scenario = changed(colony.scenario, settings)
+        _adopt(colony, scenario)
+        settings = {path: found_at(scenario.document, path) for path in scenario.overrides}
+    if seed is not None:
+        colony._streams = Streams(seed, "fork/")
+        if colony._running:
+            own = colony._streams.within(f"episode/{colony._number}")
+            colony._episode.reseed(own)
+            colony._body.reseed(own)  # type: ignore[attr-defined]
+    if colony._running and (seed is not None or settings):
+        change = {"steps": colony._episode.stepped, "seed": seed, "settings": dict(settings or {})}
+        colony._course.changes.append(change)
+
+
+def _adopt(colony: Colony, scenario: Scenario) -> None:
+    """Goes on with another scenario of the same place: policy and fields are made anew and take over the states.
+
+    Raises:
+        ColonysimError: The policy was given as an object, or would have other fields.
+    """
+    asked, policy, world, number, before = (
+        colony._asked, colony._policy, colony._world, colony._number, colony._episode
+    )  # fmt: skip
+    if not (asked is None or isinstance(asked, str) or callable(asked)):
+        raise ColonysimError("this policy was given as an object, whose parameters no field of the scenario can set")
+    fields, state = {name: field.state() for name, field in colony._fields.items()}, before.state() if number else None
+    memories = [policy.state(agent, memory) for agent, memory in enumerate(colony._memories)]
+    made = checked_policy(make_policy(asked, scenario), world, colony._rows)
+    world.adopt(scenario)
+    colony._policy, colony._fields = made, checked_fields(made, world, colony._rows)
+    if other := fields.keys() ^ colony._fields.keys():
+        raise ColonysimError(f"other pheromone fields cannot come or go under way: {', '.join(sorted(other))}")
+    colony.scenario = scenario
+    if "episodes" in scenario.overrides:
+        colony._count = max(number, scenario.episodes)
+    for name, field in colony._fields.items():
+        field.restore(fields[name])
+    colony._memories[:] = [made.restore(agent, memory) for agent, memory in enumerate(memories)]
+    colony._set_up()
+    own = colony._streams.within(f"episode/{number}")
+    if colony._running and says_state(colony._body):  # which may have read the scenario when it was reset
+        body: Any = colony._body
+        moved = body.state()
+        body.reset(world, own)
+        body.restore(moved)
+    if state is not None:
+        colony._episode.restore(state, number, colony._memories, own, synchronous=colony.mode == "synchronous")
+    before.close()
+
+
+def saved_of(colony: Colony, extra: Mapping[str, Any] | None = None) -> Saved:
+    """All that a colony is now.
+
+    Args:
+        colony: The colony.
+        extra: What else to write down.
+
+    Raises:
+        ColonysimError: It is closed, or a part of others cannot say its state.
+    """
+    if colony._closed:
+        raise ColonysimError("a colony that is closed, or has come to its end, has no future to save")
+    if colony._measuring:
+        raise ColonysimError("a colony cannot be saved in the middle of a measurement")
+    state = state_of(colony)
+    scenario = colony._course.scenario if state["course"] else colony.scenario
+    return Saved(
+        scenario.document, scenario.digest, colony._origin, colony.mode, colony._count, state, __version__, extra or {}
+    )
+
+
+@contextmanager
+def closed_on_error(colony: Colony) -> Iterator[None]:
+    """Closes a colony that does not come to be what it should."""
+    try:
+        yield
+    except BaseException:
+        colony._fail()
+        raise
+
+
+def loaded(
+    kind: type[C],
+    path: Path,
+    saved: Saved,
+    *,
+    scenario: Scenario | str | Path | None = None,
+    backend: str | Backend | None = None,
+    backend_options: Mapping[str, Any] | None = None,
+    policy: str | Policy | Callable[[Scenario], Policy] | None = None,
+    sink: Sink | None = None,
+    decisions: bool = True,
+    kinds: Collection[str] | None = None,
+) -> C:
+    """A colony that goes on where a saved one has come to; see `Colony.load`.
+
+    Args:
+        kind: Its class.
+        path: Where it was read, for messages.
+        saved: What was read there.
+        scenario: See `Colony.load`, as all others.
+        backend: The same.
+        backend_options: The same.
+        policy: The same.
+        sink: The same.
+        decisions: The same.
+        kinds: The same.
+    """
+    place = scenario_of(saved, path, scenario)
+    try:
+        mover, options = backend_of(saved, backend, backend_options)
+        colony = kind(
+            place, backend=mover, backend_options=options, policy=policy_of(saved, policy), mode=saved.mode, sink=sink,
+            episodes=saved.episodes, decisions=decisions, kinds=kinds,
+        )  # fmt: skip
+        with closed_on_error(colony):
+            restore(colony, saved.state)
+    except ScenarioError:
+        raise
+    except ColonysimError as error:
+        raise type(error)(f"{path}: {error}") from None
+    return colony

@@ -1,0 +1,35 @@
+"""Which fields of a scenario may change while its colony is under way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from colonysim.scenario.loading import scenario_from_document
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = ["changed"]
+
+MAY_CHANGE = ("episodes", "max_steps", "policy", "stall_seconds", "time_limit", "timing")
+"""Fields, and sections all of whose fields, may change: they say how agents decide and move and how long it all goes
+on, and nothing of what is where."""
+
+
+def changed(scenario: Scenario, settings: Mapping[str, Any] | Sequence[str]) -> Scenario:
+    """A scenario with other values of some fields.
+
+    Args:
+        scenario: The scenario.
+        settings: Fields to set, as for `load_scenario`.
+
+    Raises:
+        ScenarioError: One of them is none, does not fit, or cannot change under way.
+    """
+    found = scenario_from_document(scenario.document, overrides=settings, source=scenario.source)
+    for path in found.overrides:
+        if path.split(".")[0] not in MAY_CHANGE or path in ("policy", "policy.name"):
+            raise found.fault(path, f"cannot change under way; expected a field of {', '.join(MAY_CHANGE)}")
+    return found
