@@ -5,7 +5,7 @@
     python benchmarks/dying_robots.py table
 
 In every episode the robots that die, and when each does, are drawn anew: any time within the first 25 edges' time,
-which is about as long as an episode takes in which nobody dies. A robot that dies stays where it is, in the others' way,
+which is about as long as an episode takes in which nobody dies. A robot that dies stays where it is, in the way,
 with its box. One line of JSON a run; what is there already is skipped. Episodes 11 to 20 count; intervals are 95 %
 over seeds.
 """
