@@ -56,7 +56,7 @@ class _Due(Alarm):
     def come(self, event: simpy.Event) -> None:
         """The time has come."""
         self.reset()
-        self._timeline.come(self, self._due)
+        self._timeline.come(self, self.due)
 
 
 class Timeline:

@@ -147,7 +147,7 @@ class World:
         scenario, self.now = self.scenario, 0.0
         if scenario.changes:
             self.goal = scenario.goal
-            self.floor[:] = array("d", self.topology.z)
+            self._set_floors(self.topology.z)
             self.terrain.restore()
         self.surface[:] = self.floor
         for node in range(len(self.top)):
@@ -212,7 +212,8 @@ class World:
         taken = self._rows_of(told, "taken", 2, (nodes, nodes))
         if not all(self.adjacent(i, j) for i, j in taken):
             raise told.fault("taken", taken, "edges of the place")
-        self.goal, self.floor[:] = goal, floor
+        self.goal = goal
+        self._set_floors(floor)
         self.terrain.shape(self.floor, [(i, j) for i, j in taken])
 
     def restore(self, state: State) -> None:
@@ -655,6 +656,10 @@ class World:
         box = self.agent_box[agent]
         if box >= 0 and self.box_claim[box] == agent:
             self.box_claim[box] = -1
+
+    def _set_floors(self, floors: Iterable[float]) -> None:
+        for node, z in enumerate(floors):
+            self.floor[node] = z
 
     # -- changes of the place ----------------------------------------------------------------------------------------
 
