@@ -31,6 +31,7 @@ HOT = (
     "colonysim/pheromones/field.py",
     "colonysim/pheromones/hole.py",
     "colonysim/pheromones/marks.py",
+    "colonysim/pheromones/spreading.py",
     "colonysim/physics/bullet.py",
     "colonysim/physics/mujoco.py",
     "colonysim/physics/scene.py",

@@ -5,5 +5,6 @@ from colonysim.pheromones.distance import Distance, extent
 from colonysim.pheromones.exploration import Exploration
 from colonysim.pheromones.field import Field, Visit, Write
 from colonysim.pheromones.hole import HoleTrail
+from colonysim.pheromones.spreading import NodeValues
 
-__all__ = ["BoxWorth", "Distance", "Exploration", "Field", "HoleTrail", "Visit", "Write", "extent"]
+__all__ = ["BoxWorth", "Distance", "Exploration", "Field", "HoleTrail", "NodeValues", "Visit", "Write", "extent"]

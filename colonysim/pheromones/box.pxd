@@ -1,7 +1,7 @@
 # The types of box.py when it is compiled.
 cimport cython
 from colonysim.pheromones.field cimport Visit
-from colonysim.pheromones.marks cimport Fading, Marks
+from colonysim.pheromones.marks cimport Fading, Marks, each_node
 from colonysim.world.state cimport World
 
 cdef long long PAIRS

@@ -8,7 +8,7 @@ from array import array
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node
 from colonysim.states import Stored
 
 if TYPE_CHECKING:
@@ -171,3 +171,9 @@ class BoxWorth(Marks):
         """Takes over B of pairs."""
         for box, hole, value in frame:
             self._worth[box * PAIRS + hole] = value
+
+    def wipe(self, nodes: Iterable[int]) -> None:
+        """Makes B of the boxes that stand on some nodes, for every hole, what it starts with."""
+        places = set(each_node(nodes, len(self._world.topology)))
+        boxes = {box for box, node in enumerate(self._world.box_node) if node in places}
+        self._worth = {pair: known for pair, known in self._worth.items() if (pair + 1) // PAIRS not in boxes}

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node
+from colonysim.pheromones.spreading import NodeValues
 from colonysim.states import Stored
 
 if TYPE_CHECKING:
@@ -89,15 +90,18 @@ class Distance(Marks):
             yardstick and no local rule.
         at_start: Whether an agent deposits before its first step too.
         half_life: Simulated seconds in which the difference of D from that of an unvisited node halves, None for never.
+        diffusion: Share of that difference that a node gives to its neighbours at a tick, see `NodeValues`; 0 for none.
+        period: Simulated seconds between two ticks.
 
     Attributes:
         d: Distance of each node to the goal, graph units; the Euclidean one until an agent has been there. If D
-            fades, as it was when fading last began anew; `far` is what it is now.
+            fades, as it was when fading last began anew, if it spreads, as it was written; `far` is what it is now.
         official: For each node 1 if its distance was found along a path from the goal, else 0.
         visited: For each node 1 if an agent has left a mark there, else 0.
         straight: The Euclidean distance of each node to the goal, graph units.
         lrta: Whether the rule is "lrta".
         blank: Whether D of an unvisited node is 0.
+        spread: If D spreads, by how much the distance of each node exceeds that of an unvisited one; else None.
     """
 
     name = "D"
@@ -112,6 +116,8 @@ class Distance(Marks):
         everywhere: bool = False,
         at_start: bool = True,
         half_life: float | None = None,
+        diffusion: float = 0.0,
+        period: float = 1.0,
     ) -> None:
         super().__init__()
         self._world = world
@@ -126,6 +132,10 @@ class Distance(Marks):
         self.d = array("d", straight(topology, self._goal))
         self.official = bytearray(len(topology))
         self.visited = bytearray(len(topology))
+        self.spread: NodeValues | None = None
+        if diffusion:
+            self.spread = NodeValues(world, half_life=half_life, diffusion=diffusion, period=period)
+        self._changes = self._fading.on or self.spread is not None
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Distance:
         """The same distances in a copy of the world; typed views of arrays cannot be copied as they are."""
@@ -138,20 +148,32 @@ class Distance(Marks):
             at_start=self._at_start,
             half_life=self._fading.half_life,
         )
+        if self.spread is not None:
+            twin.spread, twin._changes = copy.deepcopy(self.spread, memo), True
         twin._fading.restart(self._fading.since)
         twin.d, twin.official, twin.visited = array("d", self.d), bytearray(self.official), bytearray(self.visited)
         return twin
 
     def at(self, node: int, key: int = -1) -> float:
         """D of a node; of an unvisited one, d_max less its Euclidean distance to the goal, or 0."""
+        if self.spread is not None:
+            value = self.d_max - (self._rest(node) + self.spread.at(node))
+            return value if value > 0.0 else 0.0
         if self.blank and not self.visited[node]:
             return 0.0
         value = self.d_max - self.far(node)
         return value if value > 0.0 else 0.0
 
     def far(self, node: int) -> float:
-        """The distance of a node to the goal as far as its visitors knew and the marks have not faded, graph units."""
-        if not self._fading.on or not self.visited[node]:
+        """The distance of a node to the goal as far as its visitors knew and the marks have not faded, graph units.
+
+        D = 0 tells no distance: what has spread to an unvisited node is none then, and the Euclidean one is taken.
+        """
+        if not self._changes:
+            return self.d[node]
+        if self.spread is not None and (self.visited[node] or not self.blank):
+            return self._rest(node) + self.spread.at(node)
+        if not self.visited[node]:
             return self.d[node]
         rest = self._rest(node)
         return rest + (self.d[node] - rest) * self._fading.left()
@@ -162,7 +184,9 @@ class Distance(Marks):
 
     def _store(self, node: int, far: float) -> None:
         """Sets the distance of a node."""
-        if self._fading.on:
+        if self.spread is not None:
+            self.spread.put(node, far - self._rest(node))
+        elif self._fading.on:
             if self._fading.faint():
                 self._fade(self._world.now)
             rest = self._rest(node)
@@ -206,7 +230,7 @@ class Distance(Marks):
 
     def _update(self, node: int, level: float) -> None:
         """Algorithm 2 on one node, for an agent at height `level` on it."""
-        terrain, fades = self._world.terrain, self._fading.on
+        terrain, changes = self._world.terrain, self._changes
         self.visited[node] = 1
         if node == self._goal:
             self.official[node] = 1
@@ -216,7 +240,7 @@ class Distance(Marks):
         for edge in range(terrain.first[node], terrain.first[node + 1]):
             if terrain.leads(level, edge):
                 j = terrain.ends[edge]
-                through = (self.far(j) if fades else self.d[j]) + terrain.lengths[edge]
+                through = (self.far(j) if changes else self.d[j]) + terrain.lengths[edge]
                 if through < best:
                     best = through
                 if through < best_official and self.official[j]:
@@ -228,25 +252,33 @@ class Distance(Marks):
 
     def end_episode(self) -> None:
         """Changes nothing by itself: distances outlive the episode, as the place is the same."""
-        if self._fading.on:
+        if self.spread is not None:
+            self.spread.end_episode()
+        elif self._fading.on:
             self._fade(0.0)
 
     def goal_moved(self, goal: int) -> None:
         """Unvisited nodes have their distance to the new goal; marks stay until somebody passes or they fade."""
         if goal == self._goal:
             return
-        if self._fading.on:  # towards the distance to the old goal until now
-            self._fade(self._world.now)
+        known = {node: self.far(node) for node in range(len(self.d)) if self.visited[node]}
+        if self._fading.on:
+            self._fading.restart(self._world.now)
         self._goal, self.straight = goal, straight(self._world.topology, goal)
         for node in range(len(self.d)):
             if not self.visited[node]:
                 self.d[node] = self.straight[node]
+            elif self.spread is None:
+                self.d[node] = known[node]
+            else:
+                self.spread.put(node, known[node] - self._rest(node))
 
     def state(self) -> State:
         """Distance of each node, and which of them are official and visited."""
         return {
             "d": array("d", bytes(self.d)), "official": bytes(self.official), "visited": bytes(self.visited),
             "since": self._fading.since, "goal": self._goal,
+            "spread": None if self.spread is None else self.spread.state(),
         }  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -256,12 +288,16 @@ class Distance(Marks):
         official, visited = told.octets("official", nodes, 1), told.octets("visited", nodes, 1)
         self._goal = told.whole("goal", 0, nodes - 1)
         self.straight = straight(self._world.topology, self._goal)
+        if self.spread is not None:
+            self.spread.restore(told.part("spread"))
         self._fading.restore(told)
         self.d, self.official, self.visited = array("d", d), bytearray(official), bytearray(visited)
 
     def frame(self) -> Iterable[Write]:
-        """D of every node that was visited."""
-        return [Write(node, -1, self.at(node)) for node in range(len(self.visited)) if self.visited[node]]
+        """D of every node that was visited, or to which some has spread."""
+        spread = set() if self.spread is None else {node for node, _ in self.spread.items()}
+        nodes = range(len(self.visited))
+        return [Write(node, -1, self.at(node)) for node in nodes if self.visited[node] or node in spread]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over distances from values of D.
@@ -273,6 +309,21 @@ class Distance(Marks):
         for node, _, value in sorted(frame, key=lambda write: -write.value):  # the nearest to the goal first
             self.visited[node] = 1
             far = self.d[node] = self.d_max - value
+            if self.spread is not None:
+                self.spread.put(node, far - self._rest(node))
             edges = zip(topology.neighbours[node], topology.lengths[node], strict=True)
             along_path = any(self.official[j] and abs(self.d[j] + length - far) < 1e-9 for j, length in edges)
             self.official[node] = node == self._goal or along_path or abs(far - self.straight[node]) > 1e-9
+
+    def wipe(self, nodes: Iterable[int]) -> None:
+        """Makes some nodes unvisited."""
+        found = each_node(nodes, len(self.visited))
+        if self.spread is not None:
+            self.spread.wipe(found)
+        for node in found:
+            self.d[node], self.official[node], self.visited[node] = self.straight[node], 0, 0
+
+    def settle(self) -> None:
+        """See `Marks.settle`."""
+        if self.spread is not None:
+            self.spread.settle()

@@ -8,7 +8,8 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node
+from colonysim.pheromones.spreading import NodeValues
 from colonysim.states import Stored
 
 if TYPE_CHECKING:
@@ -34,12 +35,15 @@ class Exploration(Marks):
         on_wait: Whether an agent that waits deposits too.
         at_start: Whether an agent deposits before its first step too.
         half_life: Simulated seconds in which E halves, None for never.
+        diffusion: Share of E that a node gives to its neighbours at a tick, see `NodeValues`; 0 for none.
+        period: Simulated seconds between two ticks.
 
     Attributes:
-        stored: One value for each node, from which E = stored * scale - shift.
+        stored: One value for each node, from which E = stored * scale - shift. If E spreads, `spread` has all.
         visited: For each node 1 if an agent has left a mark that still counts, else 0.
         scale: Product of all evaporation factors so far.
         shift: What has been subtracted from all values so far.
+        spread: The values of a field that spreads, else None.
     """
 
     name = "E"
@@ -52,6 +56,8 @@ class Exploration(Marks):
         on_wait: bool = False,
         at_start: bool = True,
         half_life: float | None = None,
+        diffusion: float = 0.0,
+        period: float = 1.0,
     ) -> None:
         super().__init__()
         self._world = world
@@ -61,6 +67,9 @@ class Exploration(Marks):
         self.scale = 1.0
         self.shift = 0.0
         self._fading = Fading(world, half_life)
+        self.spread: NodeValues | None = None
+        if diffusion:
+            self.spread = NodeValues(world, half_life=half_life, diffusion=diffusion, period=period)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Exploration:
         """The same values in a copy of the world; typed views of arrays cannot be copied as they are."""
@@ -72,6 +81,8 @@ class Exploration(Marks):
             at_start=self._at_start,
             half_life=self._fading.half_life,
         )
+        if self.spread is not None:
+            twin.spread = copy.deepcopy(self.spread, memo)
         twin._fading.restart(self._fading.since)
         twin.stored, twin.visited = array("d", self.stored), bytearray(self.visited)
         twin.scale, twin.shift = self.scale, self.shift
@@ -79,6 +90,8 @@ class Exploration(Marks):
 
     def at(self, node: int, key: int = -1) -> float:
         """E of a node."""
+        if self.spread is not None:
+            return self.spread.at(node)
         value = self.stored[node] * self.scale - self.shift
         return value * self._fading.left() if self._fading.on else value
 
@@ -91,6 +104,11 @@ class Exploration(Marks):
         moment, node = visit.moment, visit.node
         if moment != "arrive" and not self._counts(moment):
             return 0
+        if self.spread is not None:
+            self.spread.add(node, 1.0)
+            self.visited[node], self._wrote = 1, 0
+            self._note(node, -1, 0.0)  # its value is computed only when asked for: that is to look
+            return 1
         one = self.scale
         if self._fading.on:
             if self._fading.faint():
@@ -101,6 +119,10 @@ class Exploration(Marks):
         self._wrote = 0
         self._note(node, -1, self.at(node))
         return 1
+
+    def value(self, i: int) -> float:
+        """E as the last `mark` wrote it."""
+        return self._values[i] if self.spread is None else self.spread.at(self._places[i])
 
     def _fade(self, second: float) -> None:
         """Takes what has faded into the values; what fades later counts from a second of the episode."""
@@ -117,6 +139,11 @@ class Exploration(Marks):
 
     def end_episode(self) -> None:
         """Evaporates all values or subtracts their minimum (which is 0 until every node was visited)."""
+        if self.spread is not None:
+            self.spread.end_episode(-1.0 if self._keep is None else self._keep)
+            if self._keep is not None and self._keep <= 0.0:
+                self.visited = bytearray(len(self.visited))
+            return
         if self._fading.on:
             self._fade(0.0)
         if self._keep is None:
@@ -136,6 +163,7 @@ class Exploration(Marks):
         return {
             "stored": array("d", bytes(self.stored)), "visited": bytes(self.visited), "scale": self.scale,
             "shift": self.shift, "since": self._fading.since,
+            "spread": None if self.spread is None else self.spread.state(),
         }  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -143,15 +171,35 @@ class Exploration(Marks):
         told, nodes = Stored(state, "field E"), len(self.visited)
         stored, visited = told.column("stored", "d", nodes, -LATEST, LATEST), told.octets("visited", nodes, 1)
         self.scale, self.shift = told.real("scale", SMALLEST_SCALE, 1.0), told.real("shift", -LATEST, LATEST)
+        if self.spread is not None:
+            self.spread.restore(told.part("spread"))
         self._fading.restore(told)
         self.stored, self.visited = array("d", stored), bytearray(visited)
 
     def frame(self) -> Iterable[Write]:
-        """E of every node that was visited."""
+        """E of every node that was visited, or to which some has spread."""
+        if self.spread is not None:
+            return [Write(node, -1, value) for node, value in self.spread.items()]
         return [Write(node, -1, self.at(node)) for node in range(len(self.visited)) if self.visited[node]]
 
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over values."""
         for node, _, value in frame:
-            self.stored[node] = (value + self.shift) / self.scale
+            if self.spread is not None:
+                self.spread.put(node, value)
+            else:
+                self.stored[node] = (value + self.shift) / self.scale
             self.visited[node] = 1
+
+    def wipe(self, nodes: Iterable[int]) -> None:
+        """Makes E 0 on some nodes."""
+        found = each_node(nodes, len(self.visited))
+        if self.spread is not None:
+            self.spread.wipe(found)
+        for node in found:
+            self.stored[node], self.visited[node] = self.shift / self.scale, 0
+
+    def settle(self) -> None:
+        """See `Marks.settle`."""
+        if self.spread is not None:
+            self.spread.settle()

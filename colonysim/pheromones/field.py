@@ -52,6 +52,11 @@ class Field(Protocol):
     stands on the visited node could see and writes its own values there, nothing else; `key` tells the values of
     one node apart (H: by hole) or, for B, `node` is the box and `key` the hole.
 
+    Two more methods may be there. `wipe(nodes)` takes away all marks on some nodes, given by index, as if nobody had
+    been there (of a field of boxes: those of the boxes that stand there); without it a run in which marks are wiped
+    ends with an error that names the field. `settle()` is called before edges of the place come or go: a field whose
+    marks spread along edges lazily has to bring them up to date (`NodeValues.settle`).
+
     Attributes:
         name: As policies, traces and plots call it ("D", "B", "H", "E" are the paper's).
         by_box: Whether values belong to boxes instead of nodes.

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.exact import exp, log
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks
+from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node, gather_keys
+from colonysim.pheromones.spreading import NodeValues
 from colonysim.states import Stored
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ NOWHERE = float("inf")
 """-ln H where there is no trail."""
 SMALLEST = 1024
 """Number of trails for which there is room at first."""
+LEAST = 1e-304
+"""Where H spreads, the smallest H of a trail."""
 
 
 class HoleTrail(Marks):
@@ -41,6 +44,11 @@ class HoleTrail(Marks):
         rule: "max", or "min" for the rule as the text prints it, which overwrites and leaves no trail.
         everywhere: Whether every deposit updates all nodes, as Algorithm 9 prints it.
         half_life: Simulated seconds in which H halves, None for never.
+        diffusion: Share of H that a node gives to its neighbours at a tick, see `NodeValues`; 0 for none.
+        period: Simulated seconds between two ticks.
+
+    Attributes:
+        spread: Of a field that spreads, H of each hole, None before there is any; they take the place of -ln H.
     """
 
     name = "H"
@@ -53,6 +61,8 @@ class HoleTrail(Marks):
         rule: Literal["max", "min"] = "max",
         everywhere: bool = False,
         half_life: float | None = None,
+        diffusion: float = 0.0,
+        period: float = 1.0,
     ) -> None:
         super().__init__()
         self._world = world
@@ -71,14 +81,26 @@ class HoleTrail(Marks):
         holes = len(world.scenario.holes)
         self._best, self._place = array("d", [FARTHEST]) * holes, array("i", [-1]) * holes
         self._found, self._any = array("i", [0]) * holes, holes > 0
+        self._diffusion, self._period = diffusion, period
+        self._spreads, self.spread = bool(diffusion), list[NodeValues | None]()
+        if self._spreads:
+            self._new_values()  # which looks at the arguments
+            self.spread, self._best = [None] * holes, array("d", [0.0]) * holes
 
     def __deepcopy__(self, memo: dict[int, Any]) -> HoleTrail:
         """The same trails in a copy of the world; typed views of arrays cannot be copied as they are."""
         rule: Literal["max", "min"] = "min" if self._printed else "max"
         world = copy.deepcopy(self._world, memo)
         twin = HoleTrail(
-            world, evaporation=self._keep, rule=rule, everywhere=self._everywhere, half_life=self._fading.half_life
+            world,
+            evaporation=self._keep,
+            rule=rule,
+            everywhere=self._everywhere,
+            half_life=self._fading.half_life,
+            diffusion=self._diffusion,
+            period=self._period,
         )
+        twin.spread = copy.deepcopy(self.spread, memo)
         twin._fading.restart(self._fading.since)
         twin._aged, twin._used = self._aged, self._used
         twin._start, twin._count, twin._room = (
@@ -89,6 +111,8 @@ class HoleTrail(Marks):
 
     def at(self, node: int, key: int = -1) -> float:
         """H of the hole `key` at a node, 0 where there is no trail."""
+        if self._spreads:
+            return self._strength(node, key)
         far = self.farness(node, key)
         return exp(-far) if far < FARTHEST else 0.0
 
@@ -96,11 +120,37 @@ class HoleTrail(Marks):
         """-ln H of a hole at a node; comparing it needs no exponential and gives the same result on every processor."""
         if not 0 <= node < len(self._start):
             return NOWHERE
+        if self._spreads:
+            strength = self._strength(node, hole)
+            return -log(strength) if strength > 0.0 else NOWHERE
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             if self._holes[k] == hole:
                 return self._fars[k] + self._age()
         return NOWHERE
+
+    def _strength(self, node: int, hole: int) -> float:
+        """H of a field that spreads."""
+        if not (0 <= node < len(self._start) and 0 <= hole < len(self.spread)):
+            return 0.0
+        values = self.spread[hole]
+        if values is None:
+            return 0.0
+        strength = values.at(node)
+        return strength if strength >= LEAST else 0.0
+
+    def _write(self, node: int, hole: int, strength: float) -> None:
+        """Sets H in a field that spreads."""
+        if self.spread[hole] is None:
+            self.spread[hole] = self._new_values()
+        values = self.spread[hole]
+        assert values is not None
+        values.put(node, strength)
+
+    def _new_values(self) -> NodeValues:
+        return NodeValues(
+            self._world, half_life=self._fading.half_life, diffusion=self._diffusion, period=self._period
+        )
 
     def _age(self) -> float:
         """What evaporation has added by now to the -ln H of every trail."""
@@ -111,6 +161,8 @@ class HoleTrail(Marks):
         found: list[int] = []
         if not 0 <= node < len(self._start):
             return found
+        if self._spreads:
+            return [hole for hole in range(len(self.spread)) if self._strength(node, hole) > 0.0]
         start, aged = self._start[node], self._age()
         for k in range(start, start + self._count[node]):
             if self._fars[k] + aged < FARTHEST:
@@ -122,6 +174,8 @@ class HoleTrail(Marks):
         """See `Marks.gather`; here the keys come in the order in which the trails were first written."""
         if not 0 <= node < len(self._start):
             return count
+        if self._spreads:
+            return gather_keys(self.keys(node), found, count, marked)
         start, aged = self._start[node], self._age()
         for k in range(start, start + self._count[node]):
             hole = self._holes[k]
@@ -148,11 +202,13 @@ class HoleTrail(Marks):
 
     def value(self, i: int) -> float:
         """H of the i-th trail that the last `mark` wrote, computed only when asked for."""
-        return exp(-self._values[i])
+        return self._values[i] if self._spreads else exp(-self._values[i])
 
     def _update(self, node: int, level: float) -> None:
         """Algorithm 5 on one node, for an agent at height `level` on it, by the rule that was chosen."""
-        if self._printed:
+        if self._spreads:
+            self._update_spread(node, level)
+        elif self._printed:
             self._update_as_printed(node, level)
         else:
             self._update_max(node, level)
@@ -193,6 +249,33 @@ class HoleTrail(Marks):
         start = self._start[node]
         for k in range(start, start + self._count[node]):
             self._place[self._holes[k]] = -1
+
+    def _update_spread(self, node: int, level: float) -> None:
+        """Algorithm 5 by either rule, on H itself."""
+        visibility, terrain = self._world.visibility(), self._world.terrain
+        holes = len(self.spread)
+        for hole in range(holes):
+            self._best[hole] = 1.0 if self._printed else self._strength(node, hole)
+        ways = 0
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            if terrain.leads(level, edge):
+                j, ways, factor = terrain.ends[edge], ways + 1, exp(-terrain.lengths[edge])
+                for hole in range(holes):
+                    through = factor * self._strength(j, hole)
+                    if (through < self._best[hole]) if self._printed else (through > self._best[hole]):
+                        self._best[hole] = through
+        if not self._printed:
+            near = visibility.find_holes(node)
+            for k in range(visibility.holes_start, visibility.holes_start + near):
+                self._best[visibility.hole_keys[k]] = 1.0
+        for hole in range(holes):
+            strength, own = self._best[hole], self._strength(node, hole)
+            if self._printed and (ways == 0 or strength < LEAST):
+                strength = 0.0
+            if strength != own or (self._printed and strength > 0.0):
+                self._write(node, hole, strength)
+                if strength > 0.0:
+                    self._note(node, hole, strength)
 
     def _append(self, node: int, hole: int, far: float) -> None:
         """Adds a trail to a node; if there is no room beside its others, all of them move to the end of the arrays."""
@@ -241,6 +324,9 @@ class HoleTrail(Marks):
 
     def end_episode(self) -> None:
         """Evaporates every trail by adding to all -ln H at once, or removes them all."""
+        for values in self.spread:
+            if values is not None:
+                values.end_episode(self._keep)
         self._aged = self._age()
         self._fading.restart(0.0)
         if self._keep <= 0.0:
@@ -255,6 +341,7 @@ class HoleTrail(Marks):
         return {
             "count": array("i", bytes(self._count)), "holes": array("i", [self._holes[k] for k in kept]),
             "fars": array("d", [self._fars[k] for k in kept]), "aged": self._aged, "since": self._fading.since,
+            "spread": [None if values is None else values.state() for values in self.spread],
         }  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -264,6 +351,10 @@ class HoleTrail(Marks):
         holes = told.column("holes", "i", sum(count), 0, most - 1)
         fars = told.column("fars", "d", sum(count), -LATEST, LATEST)
         aged = told.real("aged", -LATEST, LATEST)
+        for hole, values in enumerate(told.listed("spread", len(self.spread))):
+            if values is not None:
+                self.spread[hole] = self._new_values()
+                self.spread[hole].restore(Stored(values, f"field H, hole {hole}"))
         self._fading.restore(told)
         self._aged, k = aged, 0
         for node in range(nodes):
@@ -275,6 +366,16 @@ class HoleTrail(Marks):
 
     def frame(self) -> Iterable[Write]:
         """H of every hole at every node where there is a trail."""
+        if self._spreads:
+            found = [
+                Write(node, hole, value)
+                for hole, values in enumerate(self.spread)
+                if values is not None
+                for node, value in values.items()
+                if value >= LEAST
+            ]
+            found.sort()
+            return found
         return [
             Write(node, hole, self.at(node, hole))
             for node, count in enumerate(self._count)
@@ -286,5 +387,22 @@ class HoleTrail(Marks):
     def load(self, frame: Iterable[Write]) -> None:
         """Takes over trails, those of holes and nodes that the world has."""
         for node, hole, value in frame:
-            if value > 0.0 and 0 <= node < len(self._start) and 0 <= hole < len(self._best):
+            if value > 0.0 and 0 <= node < len(self._start) and 0 <= hole < len(self._best) and self._spreads:
+                self._write(node, hole, value)
+            elif value > 0.0 and 0 <= node < len(self._start) and 0 <= hole < len(self._best):
                 self._replace(node, self._trails(node) | {hole: -log(value) - self._age()})
+
+    def wipe(self, nodes: Iterable[int]) -> None:
+        """Takes away the trails on some nodes."""
+        found = each_node(nodes, len(self._start))
+        for values in self.spread:
+            if values is not None:
+                values.wipe(found)
+        for node in found:
+            self._count[node] = 0
+
+    def settle(self) -> None:
+        """See `Marks.settle`."""
+        for values in self.spread:
+            if values is not None:
+                values.settle()

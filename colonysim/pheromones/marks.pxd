@@ -12,10 +12,14 @@ cdef class Fading:
     cdef readonly bint on
     cdef readonly object half_life
     cdef readonly double rate, since
+    cdef double _asked, _answer
 
     cpdef double age(self)
+    @cython.locals(now=double)
     cpdef double left(self)
+    cpdef double left_at(self, double second)
     cpdef bint faint(self)
+    cpdef bint faint_at(self, double second)
     cpdef restart(self, double second)
 
 
@@ -31,8 +35,13 @@ cdef class Marks:
     cpdef int place(self, int i) except? -1
     cpdef int key(self, int i) except? -1
     cpdef double value(self, int i) except? -1
+    cpdef wipe(self, nodes)
+    cpdef settle(self)
     @cython.locals(i=int)
     cdef int _note(self, int place, int key, double value) except -1
+
+
+cpdef list each_node(nodes, int size)
 
 
 @cython.locals(key=int)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from colonysim.states import State, Stored
     from colonysim.world.state import World
 
-__all__ = ["LATEST", "Fading", "Marks", "gather_keys"]
+__all__ = ["LATEST", "Fading", "Marks", "each_node", "gather_keys"]
 
 LN2 = 0.6931471805599453
 SHORTEST_HALF_LIFE, LONGEST_HALF_LIFE = 1e-6, 1e9
@@ -52,6 +52,8 @@ class Fading:
             half_life = real("half_life", half_life, SHORTEST_HALF_LIFE, LONGEST_HALF_LIFE)
         self._world, self.on, self.half_life = world, half_life is not None, half_life
         self.rate, self.since = 0.0 if half_life is None else LN2 / half_life, 0.0
+        # What was left when it was last asked for: agents look at many nodes at one time.
+        self._asked, self._answer = -1.0, 1.0
 
     def age(self) -> float:
         """-ln of what is left now."""
@@ -59,19 +61,30 @@ class Fading:
 
     def left(self) -> float:
         """The share that is left now of the values that the field holds."""
-        return exp(-self.age())
+        now = self._world.now
+        if now != self._asked:
+            self._asked, self._answer = now, exp(-self.rate * (now - self.since))
+        return self._answer
+
+    def left_at(self, second: float) -> float:
+        """The share that is left of them at a second of the episode."""
+        return exp(-self.rate * (second - self.since))
 
     def faint(self) -> bool:
         """Whether the values that the field holds should be written anew, before too few of their digits are left."""
         return self.on and self.left() < LEAST_LEFT
 
+    def faint_at(self, second: float) -> bool:
+        """Whether they should be at a second of the episode."""
+        return self.on and self.left_at(second) < LEAST_LEFT
+
     def restart(self, second: float) -> None:
         """The field holds values of now; what comes counts from a second of the episode: now, or 0 at its end."""
-        self.since = second
+        self.since, self._asked = second, -1.0
 
     def restore(self, state: Stored) -> None:
         """Takes the second from the state of a field."""
-        self.since = state.real("since", 0.0, LATEST)
+        self.restart(state.real("since", 0.0, LATEST))
 
 
 class Marks:
@@ -158,6 +171,17 @@ class Marks:
         """
         raise NotImplementedError
 
+    def wipe(self, nodes: Iterable[int]) -> None:
+        """Takes away all marks on some nodes, as if nobody had been there; of a field of boxes, those of boxes there.
+
+        Raises:
+            IndexError: There is no such node.
+        """
+        raise NotImplementedError
+
+    def settle(self) -> None:
+        """Must be called before edges come or go: marks spread along the edges that were there. Changes no value."""
+
     def _note(self, place: int, key: int, value: float) -> None:
         """Adds a value to those that this `mark` has written; every `mark` begins with `_wrote` = 0."""
         i = self._wrote
@@ -167,6 +191,19 @@ class Marks:
             self._values = array("d", bytes(self._values) * 2)
         self._places[i], self._keys[i], self._values[i] = place, key, value
         self._wrote = i + 1
+
+
+def each_node(nodes: Iterable[int], size: int) -> list[int]:
+    """Nodes as a list, of a place that has so many.
+
+    Raises:
+        IndexError: There is no such node.
+    """
+    found = list(nodes)
+    for node in found:
+        if not 0 <= node < size:
+            raise IndexError(f"there is no node {node}")
+    return found
 
 
 def gather_keys(keys: Iterable[int], found: array[int], count: int, marked: bytearray) -> int:

@@ -45,6 +45,8 @@ class StigmergySettings:
             ("min").
         hole_evaporation: Share of H that remains after an episode.
         hole_half_life: Simulated seconds in which H halves; null for never.
+        hole_diffusion: Share of H, of each hole, that a node gives to its neighbours at each tick of
+            `diffusion_period`; 0 for none.
         box_decay: Factor of B at each claim, B_decay; a crossing divides by it.
         box_start: B at first, in units of d_max.
         box_cap: Most that B can become, in units of d_max; null for no limit.
@@ -52,10 +54,15 @@ class StigmergySettings:
         box_credit: When a crossing raises B: as the agent steps onto the hole's node ("enter") or off it ("leave").
         distance_half_life: Simulated seconds in which the difference of D from that of an unvisited node halves; null
             for never.
+        distance_diffusion: Share of the difference of D from that of an unvisited node that a node gives to its
+            neighbours at each tick of `diffusion_period`; 0 for none.
         deposit_at_start: Whether D and E are deposited at an episode's start, before the first step, as H is.
         stack_credit: Whose B a crossing raises: that of "all" boxes in the hole, or of the "top" one.
         exploration_evaporation: Share of E that remains after an episode; null takes off the smallest E instead.
         exploration_half_life: Simulated seconds in which E halves; null for never.
+        exploration_diffusion: Share of E that a node gives to its neighbours at each tick of `diffusion_period`; 0 for
+            none.
+        diffusion_period: Simulated seconds between two ticks at which marks spread along edges.
         exploration_on_wait: Whether waiting counts as a visit, that is, deposits E.
         overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
         candidates_centre: From where holes have to be within R: from the "box" or from the "agent".
@@ -87,10 +94,12 @@ class StigmergySettings:
     unvisited: Literal["straight", "zero"] = "straight"
     updates: Literal["occupied", "everywhere"] = "occupied"
     distance_half_life: HalfLife | None = None
+    distance_diffusion: Share = 0.0
     deposit_at_start: Flag = False
     hole_rule: Literal["max", "min"] = "max"
     hole_evaporation: Share = 0.5
     hole_half_life: HalfLife | None = None
+    hole_diffusion: Share = 0.0
     box_decay: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.95
     box_start: Positive = 2.0
     box_cap: Positive | None = 4.0
@@ -99,6 +108,8 @@ class StigmergySettings:
     stack_credit: Literal["all", "top"] = "all"
     exploration_evaporation: Share | None = 0.5
     exploration_half_life: HalfLife | None = None
+    exploration_diffusion: Share = 0.0
+    diffusion_period: Annotated[float, Strict(), Field(ge=0.01, le=LARGEST, allow_inf_nan=False)] = 1.0
     exploration_on_wait: Flag = False
     overfill: Flag = False
     candidates_centre: Literal["box", "agent"] = "box"
@@ -162,6 +173,9 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: Flag =
     for name, value in parameters.items():
         if name == "preset":
             continue
+        if name == "box_diffusion":
+            message = "B belongs to boxes, which have no neighbours to give some of it to; box_half_life lets B fade"
+            raise scenario.fault(f"policy.{name}", message)
         if name not in names:
             raise scenario.fault(f"policy.{name}", f"no such parameter; {nearest(name, [*names, 'preset'])}")
         values[name] = value

@@ -107,6 +107,8 @@ class Stigmergy(Decider):
                 everywhere=everywhere,
                 at_start=at_start,
                 half_life=s.distance_half_life,
+                diffusion=s.distance_diffusion,
+                period=s.diffusion_period,
             ),
             BoxWorth(
                 world,
@@ -123,6 +125,8 @@ class Stigmergy(Decider):
                 rule=s.hole_rule,
                 everywhere=everywhere,
                 half_life=s.hole_half_life,
+                diffusion=s.hole_diffusion,
+                period=s.diffusion_period,
             ),
             Exploration(
                 world,
@@ -130,6 +134,8 @@ class Stigmergy(Decider):
                 on_wait=s.exploration_on_wait,
                 at_start=at_start,
                 half_life=s.exploration_half_life,
+                diffusion=s.exploration_diffusion,
+                period=s.diffusion_period,
             ),
         ]
         found = {field.name: field for field in own}

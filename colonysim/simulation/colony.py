@@ -300,6 +300,8 @@ class Colony:
         """Begins the next episode; False if there is none."""
         if not self._aged:  # now, and not with the last event: until then the fields are as the agents left them
             for field in self._fields.values():
+                if self.scenario.changes:  # edges come back for the next episode
+                    field.settle()
                 field.end_episode()
             self._aged = True
         if self._number == self._count:

@@ -96,7 +96,7 @@ class Timeline:
             change = alarm.change
             at_once = change.time == 0.0 and change.condition is None and change.kind in _OF_PLACE
             if at_once and possible(self._world, change):
-                self._begun.append((change, make(self._world, change)))
+                self._begun.append((change, self._make(change)))
 
     def enter(self, number: int) -> None:
         """Nothing has happened yet in the episode of a number."""
@@ -140,7 +140,7 @@ class Timeline:
             self._episode.awaited = True
             return
         self._episode.last_outcome = due
-        self._tell(alarm.change, make(self._world, alarm.change))
+        self._tell(alarm.change, self._make(alarm.change))
 
     def notice(self) -> None:
         """Something has happened: what waits for it has its time now."""
@@ -189,6 +189,13 @@ class Timeline:
         return sum(status is AgentStatus.GOAL for status in world.agent_status) >= condition.value
 
     # -- what happens ------------------------------------------------------------------------------------------------
+
+    def _make(self, change: Change) -> int:
+        """Lets a change happen to the place; returns the node concerned, or -1."""
+        if change.kind in ("add_edge", "remove_edge"):  # until now marks have spread along the edges that were there
+            for field in self._episode.marks:
+                field.settle()
+        return make(self._world, change)
 
     def _tell(self, change: Change, at: int) -> None:
         """Lets everybody know of a change that has happened to the place, and what it means to agents and marks.

@@ -139,7 +139,7 @@ def _of_episode(scenario: Scenario, events: list[Event], ended: str) -> Iterator
         yield _last_stretch(scenario, world, own, ended)
 
 
-def _way_open(scenario: Scenario, world: World, last: Event, node: int) -> bool:
+def _way_open(world: World, last: Event, node: int) -> bool:
     """Whether an agent whose last attempt this was can get from a node (an index) to the goal on foot."""
     level = world.surface[node]
     if last.action in ("take", "push") and world.top[node] == last.box:
@@ -180,7 +180,7 @@ def _last_stretch(scenario: Scenario, world: World, events: list[Event], ended: 
         dict(Counter(event.reason or UNTOLD for event in stretch if event.status != "arrived").most_common()),
         _waited(events, since),
         ends[-1].reason if ends else "",
-        _way_open(scenario, world, ends[-1] if ends else last, scenario.topology.index[node]),
+        _way_open(world, ends[-1] if ends else last, scenario.topology.index[node]),
     )
 
 

@@ -83,8 +83,12 @@ def _lacking(run: Run, episodes: Sequence[int], tell: Callable[[str], None]) -> 
     if why := no_pheromones(run, episodes):
         without += _MARKS
         tell(f"{run.path}: the page shows no pheromones: {why}")
-    elif any(name.endswith("_half_life") and value is not None for name, value in run.scenario.parameters.items()):
-        tell(f"{run.path}: marks fade with time in this run; the page shows each as it was when it was last written")
+    elif any(
+        (name.endswith("_half_life") and value is not None) or (name.endswith("_diffusion") and value)
+        for name, value in run.scenario.parameters.items()
+    ):
+        what = "marks fade with time or spread in this run"
+        tell(f"{run.path}: {what}; the page shows each as it was when it was last written")
     if why := run.missing("decisions"):
         without += ("decisions",)
         tell(f"{run.path}: the page shows no decisions: {why}")

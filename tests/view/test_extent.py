@@ -194,11 +194,12 @@ def test_they_are_watched_on_the_terminal_too(large: Path, tmp_path: Path) -> No
     assert "◆" in board.draw(80, 20).plain
 
 
-def test_marks_that_fade_are_announced(tmp_path: Path) -> None:
+def test_marks_that_fade_or_spread_are_announced(tmp_path: Path) -> None:
     said: list[str] = []
-    for half_life in (None, 30.0):
-        scenario = colonysim.load_scenario("sanity", None, {"policy.hole_half_life": half_life})
-        run = colonysim.run(scenario, seed=1, episodes=1, out=tmp_path / str(half_life))
+    options = ({"hole_half_life": None, "hole_diffusion": 0.0}, {"hole_half_life": 30.0}, {"hole_diffusion": 0.5})
+    for i, option in enumerate(options):
+        scenario = colonysim.load_scenario("sanity", None, {f"policy.{name}": value for name, value in option.items()})
+        run = colonysim.run(scenario, seed=1, episodes=1, out=tmp_path / str(i))
         write_page(run, tmp_path / "page.html", tell=said.append)
-        assert len(said) == (half_life is not None)
-    assert "marks fade with time in this run" in said[0]
+        assert len(said) == i
+    assert all("marks fade with time or spread in this run" in each for each in said)

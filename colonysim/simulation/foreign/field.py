@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.errors import PASSED_ON
 from colonysim.pheromones.field import Visit, Write
-from colonysim.pheromones.marks import Marks
+from colonysim.pheromones.marks import Marks, each_node
 from colonysim.simulation.foreign.answers import SHOWN, Foreign, real, truth, whole
 
 if TYPE_CHECKING:
@@ -94,3 +94,18 @@ class ForeignField(Foreign, Marks):
     def load(self, frame: Iterable[Write]) -> None:
         """It may raise."""
         self._call("load", frame)
+
+    def wipe(self, nodes: Iterable[int]) -> None:
+        """It may raise, or not be there.
+
+        Raises:
+            PluginError: The field has no such method.
+        """
+        if getattr(self._part, "wipe", None) is None:
+            raise self._fault("marks are to be wiped, but it has no method wipe(nodes); see docs/extending.md")
+        self._call("wipe", each_node(nodes, self._nodes))
+
+    def settle(self) -> None:
+        """It may raise, or not be there."""
+        if getattr(self._part, "settle", None) is not None:
+            self._call("settle")
