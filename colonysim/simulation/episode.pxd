@@ -4,7 +4,7 @@ from colonysim.backends.motion cimport Motion as MotionType
 from colonysim.draws cimport Draws
 from colonysim.pheromones.field cimport Visit
 from colonysim.pheromones.marks cimport Marks
-from colonysim.policies.decision cimport Decider, Decision, Options, Stream as Drawn
+from colonysim.policies.decision cimport Decider, Decision, Options, Stream as Drawn, new_decision
 from colonysim.policies.view cimport LocalView
 from colonysim.simulation.alarms cimport Alarm
 from colonysim.simulation.waiting cimport Waiting
@@ -13,7 +13,7 @@ from colonysim.world.visibility cimport Visibility
 from colonysim.world.state cimport World
 
 cdef double ENDS, WOKEN, MOVED, SHORTEST_WAIT, ENOUGH, SELDOM, SHORT_WAIT
-cdef int TOLERATED, DOUBLINGS, DECISIONS, RESTING, ACTING
+cdef int TOLERATED, DOUBLINGS, DECISIONS, RESTING, ACTING, STANDING
 
 
 cdef class Episode
@@ -42,13 +42,15 @@ cdef class Episode:
     cdef public Waiting waiting
     cdef public list memories, views, random, processes, marks, outcomes, turns
     cdef public set finished, short
-    cdef public long long number, acting, armed, timed, max_steps
+    cdef public long long number, acting, standing, armed, timed, max_steps
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
     cdef public bint stuck, over, synchronous, clocked
     cdef public int goal
     cdef unsigned char[::1] doing, expires
     cdef int[::1] asks, target, box, hole, ends_at, short_waits, spins
     cdef double[::1] began, since
+    cdef public double[::1] still_until
+    cdef Decision stopped
     cdef readonly long long[::1] steps
 
     @cython.locals(view=LocalView, agent=int)
@@ -81,6 +83,11 @@ cdef class Episode:
         lost=cython.bint, now_at=int,
     )
     cdef bint _settle(self, int agent) except? -1
+    cpdef stand_still(self, int agent, double until)
+    @cython.locals(seconds=double)
+    cdef _stand(self, int agent)
+    @cython.locals(rows=Rows, node=int)
+    cdef _note_stop(self, int agent)
     @cython.locals(world=World, rows=Rows, visibility=Visibility, count=int, clear=int)
     cdef _rest(self, int agent, wait)
     @cython.locals(short=cython.bint, more=int, seconds=double)

@@ -13,7 +13,7 @@ import simpy
 from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
-from colonysim.policies.decision import Stream
+from colonysim.policies.decision import Stream, new_decision
 from colonysim.simulation.alarms import Alarm, Timers
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.waiting import Waiting
@@ -54,7 +54,9 @@ SELDOM = 0.01
 """While nothing but long actions goes on, who waits looks up after this share of the time that it has lasted."""
 
 
-LOST, RESTING, ACTING = AgentStatus.LOST, 0, 1
+STOPPED = "stopped"
+"""The reason of an agent's wait while it stands still."""
+LOST, RESTING, ACTING, STANDING = AgentStatus.LOST, 0, 1, 2
 
 
 class Process(Alarm):
@@ -138,8 +140,10 @@ class Episode:
         self.short_waits, self.spins = array("i", [0]) * agents, array("i", [0]) * agents
         self.expires = bytearray(agents)
         self.asks = array("i", [-1]) * agents  # the node that each asks to be cleared
+        self.still_until = array("d", [0.0]) * agents  # until when each stands still once its move has ended
         self.random: list[Stream] = []
         self.visit = Visit()
+        self.stopped = new_decision(None)  # of an agent that stands still when all act at once
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -155,10 +159,10 @@ class Episode:
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
-            self.expires[agent], self.asks[agent] = 0, -1
+            self.expires[agent], self.asks[agent], self.still_until[agent] = 0, -1, 0.0
         self.now = self.due = self.last_outcome = 0.0
-        # Agents that act; alarms of agents that will come; waits under way that end at a time of their own.
-        self.stuck, self.over, self.acting, self.armed, self.timed = False, False, 0, 0, 0
+        # Agents that act, and that stand still; alarms that will come; waits under way that end at a time of their own.
+        self.stuck, self.over, self.acting, self.standing, self.armed, self.timed = False, False, 0, 0, 0, 0
         self.short: set[int] = set()
         self.finished: set[int] = set()
         self.turns: list[tuple[int, Decision, bool]] = []
@@ -258,14 +262,17 @@ class Episode:
         return self.synchronous or self.armed > 0 or self.timed > 0 or self.clock.pending
 
     def _stalls(self, due: float) -> bool:
-        """Whether nothing comes out any more, if nothing happens before `due`: no action is under way that will end."""
+        """Whether nothing comes out any more, if nothing happens before `due`.
+
+        That is, no action is under way that will end, and nobody stands still who will go on.
+        """
         if due <= self.last_outcome + self.stall:
             return False
-        return due == inf or not (self.acting or due <= self.clock.until())
+        return due == inf or not (self.acting or self.standing or due <= self.clock.until())
 
     def _latest(self) -> float:
         """When the episode ends if nothing happens before."""
-        if self.acting:
+        if self.acting or self.standing:
             return self.limit
         return min(self.limit, max(self.last_outcome + self.stall, self.clock.until()))
 
@@ -309,13 +316,19 @@ class Episode:
             if self._settle(agent):
                 self._expect(agent, 0.0, MOVED)  # who waited for the place chooses before who comes from it
                 return
+        elif self.doing[agent] == STANDING:
+            self.doing[agent] = RESTING
+            self.standing -= 1
         elif self.waiting.waits(agent):
             self._rested(agent)
         self._choose(agent)
 
     def _choose(self, agent: int) -> None:
-        """Look, decide, reserve, and act or wait, unless the agent is done."""
+        """Look, decide, reserve, and act or wait, unless the agent is done or stands still."""
         if self._done(agent):
+            return
+        if self.still_until[agent] > self.now:
+            self._stand(agent)
             return
         decision = self._decide(agent)
         if decision.idle:
@@ -450,6 +463,39 @@ class Episode:
             self.rows.foreign(self.backend.rows())
         return self.waiting.wake_two(origin, node) if changed is None else self.waiting.wake(changed)
 
+    # -- standing still --------------------------------------------------------------------------------------------
+
+    def stand_still(self, agent: int, until: float) -> None:
+        """Lets an agent stand still for a while: it ends the move under way, then does nothing until that time.
+
+        It keeps its box and what its body needs, is woken if it waits, and is no agent that waits meanwhile: it asks
+        for no node, leaves no marks, and loses no patience. In synchronous mode it lasts for whole ticks.
+
+        Args:
+            agent: Which agent.
+            until: Simulated seconds of this episode. One that is sooner than what it was told before changes nothing.
+        """
+        if until > self.still_until[agent]:
+            self.still_until[agent] = until
+            self.waiting.call(agent)
+
+    def _stand(self, agent: int) -> None:
+        """Begins to stand still, or goes on with it."""
+        seconds = self.still_until[agent] - self.now
+        self.still_until[agent] = self.now + seconds  # exactly when its alarm comes
+        if self.asks[agent] >= 0:
+            self._withdraw_request(agent)
+        self._note_stop(agent)
+        self.doing[agent] = STANDING
+        self.standing += 1
+        self._expect(agent, seconds, ENDS)
+
+    def _note_stop(self, agent: int) -> None:
+        rows = self.rows
+        if rows.kept or rows.hears_waits:
+            node = self.world.agent_node[agent]
+            rows.event("wait", agent, "wait", node, -1, -1, -1, "", STOPPED, self.steps[agent])
+
     # -- waiting ---------------------------------------------------------------------------------------------------
 
     def _rest(self, agent: int, wait: Wait | None) -> None:
@@ -544,10 +590,15 @@ class Episode:
         """All decide, and those begin to move whose places are free."""
         going = [agent for agent in range(len(self.views)) if agent not in self.finished]
         active = [agent for agent in self._drawn(going) if not self._done(agent)]
-        decisions = [self._decide(agent) for agent in active]
+        decisions = [self.stopped if self.still_until[agent] > self.now else self._decide(agent) for agent in active]
         timed, moving = False, 0
         for agent, decision in zip(active, decisions, strict=True):
             moves = False
+            if decision is self.stopped:
+                timed = True
+                self._note_stop(agent)
+                self.turns.append((agent, decision, False))
+                continue
             if decision.node < 0:
                 wait = decision.waits(self.views[agent])
                 # Whoever is asked for the first time to clear a node can hear it at the next tick.
