@@ -15,7 +15,7 @@ cdef class HoleTrail(Marks):
     cdef double _keep, _aged
     cdef Fading _fading
     cdef bint _printed, _everywhere, _any
-    cdef int _used
+    cdef int _used, _agent
     cdef int[::1] _start, _count, _room, _holes, _place, _found
     cdef double[::1] _fars, _best
 

@@ -134,16 +134,18 @@ class Stigmergy(Decider):
             extra = make_field(name, world)
             if extra.name in found:
                 message = f"there is a field {extra.name!r} already; {name!r} must give its own another name"
-                raise world.scenario.fault("policy.extra_fields", message)
+                raise self._scenario.fault("policy.extra_fields", message)
             found[extra.name] = extras[extra.name] = extra
         for name in s.weights:
             message = ""
             if name not in extras:
                 message = f"no extra field {printable(repr(name))}; {nearest(name, extras)}"
+                if name in found:
+                    message += "; to leave a field unread, a group of agents `ignores` it"
             elif extras[name].by_box:
                 message = f"the values of {name!r} belong to boxes: only values at nodes can be weighed"
             if message:
-                raise world.scenario.fault(f"policy.weights.{name}", message)
+                raise self._scenario.fault(f"policy.weights.{name}", message)
         return found
 
     def begin(self, agent: int, memory: Memory | None) -> Memory:
@@ -386,7 +388,7 @@ class Stigmergy(Decider):
 
     def _look_about(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """With no box of use: follows D, or roams for a while when `Memory.vain` has passed the threshold."""
-        if self._restless == NEVER or not view.box_in_sight():
+        if self._restless == NEVER or not view.pushes_boxes or not view.box_in_sight():
             return self._follow_distance(view, memory, draw, count)
         # With no open hole visible a box is hardly of use and D may well lead on: the threshold is reached later.
         passed = HOLE_OPEN if view.open_hole_in_sight() else 1
