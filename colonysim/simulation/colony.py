@@ -12,14 +12,16 @@ from weakref import finalize
 from colonysim.arguments import as_seed, real, whole
 from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
-from colonysim.plugins import make_backend, make_policy
+from colonysim.plugins import make_backend
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
+from colonysim.scenario.groups import refuse_speeds
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation.episode import Episode
-from colonysim.simulation.foreign import checked_backend, checked_fields, checked_policy
+from colonysim.simulation.foreign import checked_backend
 from colonysim.simulation.foreign.answers import SHOWN
+from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.initial import load_fields
 from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
@@ -105,8 +107,8 @@ class Colony:
         self._kinds = _kinds(kinds)
         self._world, self._rows = World(scenario), Rows(scenario, sink, decisions, self._kinds)
         world, rows = self._world, self._rows
-        self._policy = checked_policy(make_policy(policy, scenario), world, rows)
-        self._fields = checked_fields(self._policy, world, rows)
+        policies = GroupPolicies(policy, scenario, world, rows)
+        self._policy, self._fields = policies.decider, policies.fields
         if isinstance(sink, TraceWriter):
             sink.describe({name: bool(field.by_box) for name, field in self._fields.items()})
         if initial:
@@ -114,6 +116,8 @@ class Colony:
         made = make_backend(backend, backend_options, scenario)
         if id(made) in _MOVING:
             raise ColonysimError("this backend moves another colony already; make one for each, or close that one")
+        if getattr(made, "tick", None) is not None:
+            refuse_speeds(scenario)
         self._body = checked_backend(made, world, rows, recording=sink is not None)
         _MOVING.add(id(made))
         # Also of a colony that nobody closes: an engine keeps what it has until it is told.
@@ -127,7 +131,8 @@ class Colony:
         self._measures = Measures()
         self._measured: list[Measurement] = []
         try:
-            views = [LocalView(world, self._fields, self._body, agent) for agent in agents]
+            read = policies.read_by()
+            views = [LocalView(world, read[agent], self._body, agent) for agent in agents]
             self._episode = Episode(world, self._fields, self._body, self._policy, views, rows)
         except BaseException:
             with suppress(Exception):  # what went wrong first is what counts
