@@ -41,6 +41,7 @@ HOT = (
     "colonysim/policies/presets.py",
     "colonysim/policies/stigmergy.py",
     "colonysim/policies/decision.py",
+    "colonysim/policies/sensing.py",
     "colonysim/policies/view.py",
     "colonysim/push/controls.py",
     "colonysim/push/driving.py",

@@ -38,7 +38,11 @@ Sources = dict[str, dict[str, str]]
 
 
 def parts_of(
-    policy: Any, backend: Any, parameters: Mapping[str, Any], options: Mapping[str, Any] | None = None
+    policy: Any,
+    backend: Any,
+    parameters: Mapping[str, Any],
+    options: Mapping[str, Any] | None = None,
+    groups: Sequence[tuple[str | None, Sequence[str]]] = (),
 ) -> Sources:
     """What a run depends on besides colonysim and its scenario.
 
@@ -47,6 +51,7 @@ def parts_of(
         backend: The same of the backend.
         parameters: The scenario's parameters of the policy; extra fields are named there.
         options: The backend's options; one may be the path of a model.
+        groups: For each group of agents the policy that it names, or None, and the extra fields.
 
     Returns:
         For each third-party part, by its name, its `sources_of`; for each file among the options its content's hash;
@@ -55,6 +60,9 @@ def parts_of(
     fields = parameters.get("extra_fields") or ()
     named = [("policies", policy), ("backends", backend)]
     named += [("fields", name) for name in ([fields] if isinstance(fields, str) else fields)]
+    for own, extra in groups:
+        named += [("policies", own)] if own is not None else []
+        named += [("fields", name) for name in extra]
     found: Sources = {}
     for group, part in named:
         name, sources = _named(group, part) if isinstance(part, str) else _handed_over(part)

@@ -18,6 +18,7 @@ from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import Colony, mode_of
+from colonysim.trace.groups import results_at_end
 from colonysim.trace.kept import Kept, asked_for, by_size
 from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
 from colonysim.trace.reader import Run
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.schema import Event, Frame, Tap
 
 __all__ = ["run"]
@@ -148,21 +150,26 @@ def run(
         named = policy if policy is not None else scenario.policy
         # "physics" is the engine that was found for it.
         driven = manifest["backend"] if backend == "physics" else backend
-        manifest["sources"] = parts_of(named, driven, scenario.parameters, backend_options)
+        manifest["sources"] = parts_of(named, driven, scenario.parameters, backend_options, scenario.parts_of_groups)
         directory = prepare_directory(None if out is None else Path(out), manifest)
     writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
-    recorded = Run(directory, manifest, writer.results, scenario)
+    groups: list[GroupResult] = []
+    recorded = Run(directory, manifest, writer.results, scenario, groups)
     try:
         with writer:
             if on_start:
                 on_start(recorded)
             with Colony(
-                scenario, backend=body, policy=chosen, mode=mode, episodes=count, seed=seed, sink=writer,
-                initial=start, decisions="decisions" in kept.tables, kinds=None if listens else ("episode",),
+                scenario, backend=body, policy=policy if scenario.groups else chosen, mode=mode, episodes=count,
+                seed=seed, sink=writer, initial=start, decisions="decisions" in kept.tables,
+                kinds=None if listens else ("episode",),
             ) as colony:  # fmt: skip
                 if on_begin:
                     on_begin(colony)
                 for event in colony:
+                    if event.kind == "episode" and scenario.groups:
+                        at_goal = [status == "goal" for status in colony.agents.status]
+                        groups += results_at_end(scenario, event.episode, at_goal, colony.agents.steps.tolist())
                     if on_event:
                         on_event(event, recorded)
                     if tap:

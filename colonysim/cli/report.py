@@ -11,6 +11,7 @@ from colonysim.files import shown_path
 
 if TYPE_CHECKING:
     from colonysim.trace.failures import Attempts, Grouping
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
     from colonysim.trace.stranded import Stranded
@@ -28,7 +29,8 @@ Examples:
 def command(
     path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
     by: Annotated[
-        Literal["reason", "edge", "agent"], typer.Option("--by", help="Count failures by reason, edge or agent.")
+        Literal["reason", "edge", "agent", "group"],
+        typer.Option("--by", help="Count failures by reason, edge, agent or group of agents."),
     ] = "reason",
     episodes: Annotated[
         str | None, typer.Option("--episodes", help="Only these, such as 1,3,10 or 1-5.", show_default="all")
@@ -41,26 +43,38 @@ def command(
     the box's node. The share is that of the failures among all attempts of the same action (by edge or
     agent: of the same action there), with its 95 % interval (Wilson). For each agent that was not at the goal
     at the end of an episode stands where it was and what it did last: an agent can use up its steps on two nodes
-    without a failure. Runs that were interrupted, or are still under way, can be reported too.
+    without a failure. Success and steps are told for each group of agents, if the scenario has any. Runs that were
+    interrupted, or are still under way, can be reported too.
     """
     from colonysim.cli.console import print_json
     from colonysim.cli.numbers import read_numbers
     from colonysim.cli.opening import opened
+    from colonysim.cli.summary import print_groups
+    from colonysim.errors import ColonysimError
     from colonysim.trace.failures import attempts
+    from colonysim.trace.groups import results_of_groups
     from colonysim.trace.stranded import stranded
 
     run = opened(path)
     chosen = None if episodes is None else read_numbers(episodes)
     found, short = attempts(run, chosen), stranded(run, chosen)
+    if by == "group" and not found.group_of:
+        raise ColonysimError(f"--by group: {path} has no groups of agents; expected reason, edge or agent")
+    groups = results_of_groups(run, chosen)
     if as_json:
-        print_json(_as_json(run, found, by, short))
+        print_json(_as_json(run, found, by, short, groups))
     else:
         _print(run, found, by)
+        print_groups(groups)
         _print_stranded(short)
 
 
-def _as_json(run: Run, found: Attempts, by: Grouping, short: list[Stranded]) -> dict[str, Any]:
+def _as_json(
+    run: Run, found: Attempts, by: Grouping, short: list[Stranded], groups: list[GroupResult]
+) -> dict[str, Any]:
     """Nodes, boxes and holes by their numbers in the scenario's file; null for none."""
+    from colonysim.cli.summary import by_group
+
     manifest = run.manifest
     return {
         "run": None if run.path is None else shown_path(run.path),
@@ -71,6 +85,7 @@ def _as_json(run: Run, found: Attempts, by: Grouping, short: list[Stranded]) -> 
         "status": run.status,
         "episodes": list(found.episodes),
         "attempts": found.counts,
+        **({"groups": by_group(groups)} if groups else {}),
         "by": by,
         "summary": [
             {

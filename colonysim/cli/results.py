@@ -20,22 +20,25 @@ Examples:
 def command(
     directory: Annotated[Path, typer.Argument(help="The sweep's directory.", show_default=False)],
     by: Annotated[
-        list[str] | None, typer.Option("--by", help="Column to tell apart; may be given again. [default: what varies]")
+        list[str] | None,
+        typer.Option("--by", help="Column to tell apart, or group; may be given again. [default: what varies]"),
     ] = None,
     episodes: Annotated[
         str | None, typer.Option(metavar="FIRST-LAST", help="Only these episodes. [default: all]")
     ] = None,
-    sql: Annotated[str | None, typer.Option(help="A query on the tables `trials` and `episodes` instead.")] = None,
+    sql: Annotated[str | None, typer.Option(help="A query on `trials`, `episodes` and `groups` instead.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print rows as JSON.")] = False,
 ) -> None:
     """Print means over seeds with 95 % intervals, or the answer to a query.
 
     Intervals are by bootstrap from 8 trials on, Student's t for fewer; with one trial there is none.
+    `--by group` tells groups of agents apart, beside other columns that are given.
     It can be asked while the sweep runs: the tables are some seconds old then.
     """
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
     from colonysim.errors import ColonysimError
+    from colonysim.sweep.groups import read_by_group
     from colonysim.sweep.tables import query, read_tables, summary
 
     if sql is not None:
@@ -47,7 +50,8 @@ def command(
         else:
             print_table(names, [["" if v is None else str(v) for v in row] for row in rows])
         return
-    found = summary(*read_tables(directory), by, read_span(episodes))
+    tables = read_by_group(directory) if "group" in (by or ()) else read_tables(directory)
+    found = summary(*tables, by, read_span(episodes))
     if as_json:
         print_json(found)
         return

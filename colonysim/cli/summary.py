@@ -11,10 +11,11 @@ from colonysim.files import shown_path
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult
 
-__all__ = ["episode_line", "print_results", "results"]
+__all__ = ["by_group", "episode_line", "print_groups", "print_results", "results"]
 
 
 def _spread(values: Sequence[float]) -> tuple[float, float]:
@@ -43,6 +44,7 @@ def results(run: Run) -> dict[str, Any]:
         "seed": run.manifest["seed"],
         "out": None if run.path is None else shown_path(run.path),
         "trace_sha256": run.trace_sha256,
+        **({"groups": by_group(run.groups)} if run.groups else {}),
         "episodes": [{key: getattr(episode, key) for key in keys} for episode in run.episodes],
         "summary": {
             "steps_mean": steps_mean,
@@ -70,11 +72,40 @@ def print_results(run: Run) -> None:
     title = f"{manifest['name']} · {manifest['backend']} · {manifest['policy']} · {manifest['mode']}"
     columns = ("episodes", ">steps", ">success", ">simulated s", ">wall s", "ended")
     print_table(columns, rows, f"{title} · seed {manifest['seed']}")
+    print_groups(run.groups)
     if engine := manifest.get("engine"):
         print_result(f"engine {engine['version']}")
     if run.path is not None:
         print_result(f"run    {shown_path(run.path)}")
     print_result(f"trace  {run.trace_sha256}")
+
+
+def by_group(results: Sequence[GroupResult]) -> list[dict[str, Any]]:
+    """Means over the episodes for each group of agents."""
+    found = []
+    for name in dict.fromkeys(result.group for result in results):
+        own = [result for result in results if result.group == name]
+        steps, success = _spread([result.steps for result in own]), _spread([result.success for result in own])
+        found.append({
+            "group": name, "agents": own[0].agents, "episodes": len(own), "steps_mean": steps[0], "steps_sd": steps[1],
+            "success_mean": success[0], "success_sd": success[1],
+        })  # fmt: skip
+    return found
+
+
+def print_groups(results: Sequence[GroupResult]) -> None:
+    """The same as a table for people; nothing if there are no groups."""
+    rows = [
+        (
+            group["group"],
+            str(group["agents"]),
+            f"{group['steps_mean']:.2f} ± {group['steps_sd']:.2f}",
+            f"{group['success_mean']:.3f} ± {group['success_sd']:.3f}",
+        )
+        for group in by_group(results)
+    ]
+    if rows:
+        print_table(("group", ">agents", ">steps", ">success"), rows)
 
 
 def _row(part: Sequence[EpisodeResult], endings: dict[str, int]) -> tuple[str, ...]:

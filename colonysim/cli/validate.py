@@ -63,21 +63,16 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
     from colonysim.cli.console import print_result, say
     from colonysim.geometry.robot_choice import of_others, robot_of
     from colonysim.physics import STANDARD
-    from colonysim.plugins import BUILT_IN, PHYSICS, locate, make_policy, refuse_other_engine
+    from colonysim.plugins import BUILT_IN, PHYSICS, locate, refuse_other_engine
+    from colonysim.scenario.groups import refuse_speeds
     from colonysim.scenario.loading import load_scenario, load_variants
 
     body = locate("backends", backend)
     backend = next((named for named, place in BUILT_IN["backends"].items() if place == body), backend)
     one_only = ((variant, load_scenario(name, variant, settings)),) if variant is not None else ()
     for one, scenario in one_only or load_variants(name, settings):
-        policy = locate("policies", scenario.policy)
         loaded = [] if backend in BUILT_IN["backends"] else [f"backend {body}"]
-        if scenario.policy in BUILT_IN["policies"]:
-            make_policy(None, scenario)
-            fields = scenario.parameters.get("extra_fields", ())
-            loaded += [f"field {locate('fields', field)}" for field in fields]
-        else:
-            loaded.append(f"policy {policy}, whose parameters are not checked here")
+        loaded += _check_policies(scenario)
         robot = of_others(scenario)
         model = robot_of(scenario) if robot is None else STANDARD
         if robot is not None:
@@ -89,6 +84,7 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
 
             refuse_other_engine(scenario, None if backend == "physics" else backend)
             refuse_changes(scenario, backend, Physics.changes)
+            refuse_speeds(scenario)
             if robot is None:
                 lay_out(scenario)
         shown = printable(name, len(name))
@@ -98,6 +94,42 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
             print_result(f"{label}: a run imports {'; '.join(loaded)}")
         for warning in _warnings(scenario, model):
             say(f"Warning: {label}: {warning}")
+
+
+def _check_policies(scenario: Scenario) -> list[str]:
+    """Checks the policies of all and of groups, if they are of this package; says what else a run imports for them."""
+    from colonysim.plugins import BUILT_IN, locate, make_policy
+    from colonysim.scenario.changes import refuse_unknown_marks
+    from colonysim.scenario.groups import refuse_unknown_fields
+    from colonysim.simulation.groups import located, policy_of_group
+    from colonysim.world.state import World
+
+    loaded: dict[str, None] = {}
+    own, main = True, None
+    for n in range(-1, len(scenario.groups)):
+        asked = scenario if n < 0 else scenario.of_group(n)
+        place = located(asked)
+        if asked.policy not in BUILT_IN["policies"]:
+            own = False
+            loaded[f"policy {place}, whose parameters are not checked here"] = None
+            continue
+        if n < 0:
+            main = make_policy(None, scenario)
+        elif main is not None:
+            policy_of_group(scenario, n, main)
+        else:
+            make_policy(None, asked)
+        for field in asked.parameters.get("extra_fields", ()):
+            own = False
+            loaded[f"field {locate('fields', field)}"] = None
+    if own and main is not None and scenario.groups:
+        world = World(scenario)
+        known = [*main.fields(world)]
+        for n in range(len(scenario.groups)):
+            known += [name for name in policy_of_group(scenario, n, main).fields(world) if name not in known]
+        refuse_unknown_fields(scenario, known)
+        refuse_unknown_marks(scenario, known)
+    return [*loaded]
 
 
 def _warnings(scenario: Scenario, robot: Robot) -> Iterator[str]:

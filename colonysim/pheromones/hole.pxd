@@ -18,7 +18,7 @@ cdef class HoleTrail(Marks):
     cdef bint _printed, _everywhere, _any, _spreads
     cdef readonly list spread
     cdef object _diffusion, _period
-    cdef int _used
+    cdef int _used, _agent
     cdef int[::1] _start, _count, _room, _holes, _place, _found
     cdef double[::1] _fars, _best
 

@@ -74,6 +74,7 @@ class HoleTrail(Marks):
         # in which they came: at the indices from `_start` on, where `_room` have room and `_count` are taken.
         size = len(world.topology)
         self._start, self._count, self._room = (array("i", bytes(4 * size)) for _ in range(3))
+        self._agent = -1  # whose marks are being left: a hole is near if it lies within its R
         self._used, self._holes, self._fars = 0, array("i", bytes(4 * SMALLEST)), array("d", bytes(8 * SMALLEST))
         self._aged = 0.0
         # Scratch arrays of an update. For each hole: the least -ln H so far, FARTHEST if there is none, and the index
@@ -192,6 +193,7 @@ class HoleTrail(Marks):
             return 0
         if not 0 <= visit.node < len(self._start):
             raise IndexError(f"there is no node {visit.node}")
+        self._agent = visit.agent
         self._update(visit.node, visit.level)
         if self._everywhere:
             surface = self._world.surface
@@ -215,7 +217,7 @@ class HoleTrail(Marks):
 
     def _update_max(self, node: int, level: float) -> None:
         """The rule "max": each trail becomes the larger of its H and exp(-edge) times that of reachable neighbours."""
-        visibility, terrain, aged = self._world.visibility(), self._world.terrain, self._age()
+        visibility, terrain, aged = self._world.visibility_of(self._agent), self._world.terrain, self._age()
         count = 0
         near = visibility.find_holes(node)
         for k in range(visibility.holes_start, visibility.holes_start + near):

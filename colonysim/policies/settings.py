@@ -15,7 +15,7 @@ from colonysim.suggest import nearest
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["PRESETS", "StigmergySettings", "settings_for"]
+__all__ = ["OF_FIELDS", "PRESETS", "StigmergySettings", "settings_for"]
 
 LARGEST = 1e9
 """No parameter is larger, so that no product of a few of them and of lengths is infinite."""
@@ -125,6 +125,14 @@ class StigmergySettings:
     extra_fields: tuple[str, ...] = ()
     weights: Mapping[str, Weight] = dataclasses.field(default_factory=dict)
 
+
+OF_FIELDS = (
+    "d_max", "distance_rule", "unvisited", "updates", "distance_half_life", "distance_diffusion", "deposit_at_start",
+    "hole_rule", "hole_evaporation", "hole_half_life", "hole_diffusion", "box_decay", "box_start", "box_cap",
+    "box_half_life", "box_credit", "stack_credit", "exploration_evaporation", "exploration_half_life",
+    "exploration_diffusion", "exploration_on_wait", "diffusion_period",
+)  # fmt: skip
+"""The parameters that belong to the fields, which all agents share; the others may differ from agent to agent."""
 
 PRESETS: dict[str, dict[str, Any]] = {
     "colony": {},

@@ -13,7 +13,7 @@ cdef int HOLE_OPEN
 cdef class Stigmergy(Decider):
     cdef public object settings
     cdef public str name
-    cdef object _scenario
+    cdef object _scenario, _place
     cdef long long _tries
     cdef int _room, _most_holes
     cdef long long _restless

@@ -61,7 +61,8 @@ class Stigmergy(Decider):
         self._errands, self._step_past, self._reach = s.errands, s.step_past, scenario.reach
         self._weighs = bool(s.weights)
         self._tries = -1 if s.tries is None else min(s.tries, sys.maxsize)
-        self._scenario, self._room, self._most_holes, self._marking = scenario, -1, -1, False
+        self._scenario = self._place = scenario
+        self._room, self._most_holes, self._marking = -1, -1, False
         self._make_room(scenario)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -93,7 +94,7 @@ class Stigmergy(Decider):
             PluginError: There is no such extra field.
             ScenarioError: It has the name of another field, or a weight is that of none.
         """
-        self._scenario = world.scenario  # it may be another than the policy was made for
+        self._place = world.scenario  # it may be another than the policy was made for
         self._make_room(world.scenario)
         s = self.settings
         d_max = s.d_max * extent(world) or 1.0
@@ -144,16 +145,18 @@ class Stigmergy(Decider):
             extra = make_field(name, world)
             if extra.name in found:
                 message = f"there is a field {extra.name!r} already; {name!r} must give its own another name"
-                raise world.scenario.fault("policy.extra_fields", message)
+                raise self._scenario.fault("policy.extra_fields", message)
             found[extra.name] = extras[extra.name] = extra
         for name in s.weights:
             message = ""
             if name not in extras:
                 message = f"no extra field {printable(repr(name))}; {nearest(name, extras)}"
+                if name in found:
+                    message += "; to leave a field unread, a group of agents `ignores` it"
             elif extras[name].by_box:
                 message = f"the values of {name!r} belong to boxes: only values at nodes can be weighed"
             if message:
-                raise world.scenario.fault(f"policy.weights.{name}", message)
+                raise self._scenario.fault(f"policy.weights.{name}", message)
         return found
 
     def begin(self, agent: int, memory: Memory | None) -> Memory:
@@ -179,7 +182,7 @@ class Stigmergy(Decider):
         """
         if state is None:
             return None
-        told, place = Stored(state, f"memory of agent {agent}"), self._scenario
+        told, place = Stored(state, f"memory of agent {agent}"), self._place
         most = {"box": len(place.boxes), "sought": len(place.boxes), "shunned": len(place.boxes)}
         most |= {"hole": len(place.holes), "shunned_at": len(place.topology)}
         numbers = {name: told.whole(name, -1, most[name] - 1) for name in _REMEMBERED}
@@ -416,7 +419,7 @@ class Stigmergy(Decider):
 
     def _look_about(self, view: LocalView, memory: Memory, draw: Callable[[], float], count: int) -> Decision:
         """With no box of use: follows D, or roams for a while when `Memory.vain` has passed the threshold."""
-        if self._restless == NEVER or not view.box_in_sight():
+        if self._restless == NEVER or not view.pushes_boxes or not view.box_in_sight():
             return self._follow_distance(view, memory, draw, count)
         # With no open hole visible a box is hardly of use and D may well lead on: the threshold is reached later.
         passed = HOLE_OPEN if view.open_hole_in_sight() else 1

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from array import array
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.hole import HoleTrail
 from colonysim.pheromones.marks import Marks, gather_keys
+from colonysim.policies.sensing import tag_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from colonysim.backends.protocol import Backend, FeasibleWay
     from colonysim.pheromones.field import Field
+    from colonysim.policies.sensing import Senses
     from colonysim.world.intents import Intent
     from colonysim.world.state import World
+    from colonysim.world.visibility import Visibility
 
 __all__ = ["FieldWindow", "LocalView", "OutOfSightError"]
 
@@ -29,7 +33,7 @@ class FieldWindow:
     The neighbours of an adjacent box count too: Algorithm 6 looks at them to find the box's holes.
     """
 
-    __slots__ = ("_by_box", "_field", "_gathers", "_marks", "_view")
+    __slots__ = ("_by_box", "_field", "_gathers", "_marks", "_senses", "_tag", "_view")
 
     def __init__(self, view: LocalView, field: Field) -> None:
         self._view = view
@@ -39,6 +43,8 @@ class FieldWindow:
         self._marks = field if isinstance(field, Marks) else None
         # A class derived from it may have other keys.
         self._gathers = self._marks is not None and type(field) is HoleTrail
+        self._senses: Senses | None = None  # if they misread marks
+        self._tag = 0
 
     def at(self, node: int, key: int = -1) -> float:
         """The value at a node (and key: the hole), or of a box (`node`) and hole (`key`).
@@ -47,7 +53,7 @@ class FieldWindow:
             OutOfSightError: The agent cannot read it from where it stands.
         """
         self._check(node)
-        return self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
+        return self.read(node, key)
 
     def values(self, nodes: Sequence[int]) -> list[float]:
         """The values at several nodes, of a field without keys.
@@ -68,7 +74,14 @@ class FieldWindow:
 
     def read(self, node: int, key: int = -1) -> float:
         """`at` without the check, for compiled policies: they ask about nodes that the agent can read only."""
-        return self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
+        value = self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
+        if self._senses is not None:
+            value *= self._senses.factor(self._view.seen_as, self._tag, node, key)
+        return value
+
+    def misread(self, senses: Senses) -> None:
+        """From now on values are read as sensors that err read them."""
+        self._senses, self._tag = senses, tag_of(self._field.name)
 
     def gather(self, node: int, found: array[int], count: int, marked: bytearray) -> int:
         """Writes the keys at a node into `found`, behind the first `count`, and marks them; no key that is marked.
@@ -123,6 +136,7 @@ class LocalView:
 
     Attributes:
         agent: The agent's index.
+        pushes_boxes: Whether the agent may take hold of boxes and push them.
         fields: The readable part of each pheromone field, by name.
         d: The readable part of D; to read it is a KeyError if the policy has no such field, as with `b`, `h` and `e`.
         b: The readable part of B.
@@ -137,11 +151,14 @@ class LocalView:
         node: Where it stands.
         goal: The goal, whose place every agent knows.
         held_box: The box that it holds and shares the node with, or -1.
+        seen_as: The number of the look under way, by which sensors err; 0 if they do not.
+        overlooked: How many boxes within R the agent does not see in this look.
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "foresees",
-        "goal", "h", "held_box", "node", "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_missed", "_senses", "_world", "agent", "b", "d", "e", "edge_seconds", "failures",
+        "fields", "foresees", "goal", "h", "held_box", "node", "overlooked", "pushes_boxes", "radius", "refused",
+        "seen_as", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -155,7 +172,13 @@ class LocalView:
         self._feasible_way: FeasibleWay | None = getattr(backend, "feasible_way", None)
         self.foresees = self._feasible_way is not None
         self.agent = agent
-        self.radius = world.scenario.detection_radius
+        self.radius, self.pushes_boxes = world.scenario.detection_radius, True
+        for group in world.scenario.groups:
+            if agent in group.agents:
+                self.radius, self.pushes_boxes = group.detection_radius, group.pushes
+        self._senses: Senses | None = None
+        self._missed: bytearray | None = None  # for each box 1 if it is not seen in this look, if any may be missed
+        self.seen_as = self.overlooked = 0
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
         self.d, self.b, self.h, self.e = (self.fields.get(name) or self._window(name) for name in "DBHE")
         self.edge_seconds = 1.0
@@ -172,6 +195,35 @@ class LocalView:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
         world = self._world
         self.node, self.held_box, self.goal = world.agent_node[self.agent], world.held_box(self.agent), world.goal
+        if self._senses is not None:
+            self._look_badly(self._senses)
+
+    def sense_with(self, senses: Senses) -> None:
+        """From now on the agent sees and reads with sensors that err."""
+        self._senses = senses
+        if senses.misses:
+            self._missed = bytearray(len(self._world.box_node))
+        if senses.misreads:
+            for window in {*self.fields.values(), self.d, self.b, self.h, self.e}:
+                window.misread(senses)
+
+    def _look_badly(self, senses: Senses) -> None:
+        """Begins a look with sensors that err. The box that the agent holds is not missed: it feels that one."""
+        self.seen_as = senses.look(self.agent)
+        missed = self._missed
+        if missed is None:
+            return
+        self.overlooked = 0
+        for box in range(len(missed)):
+            missed[box] = 0
+        for box in self._world.visibility_of(self.agent).boxes(self.node):
+            if box != self.held_box and senses.overlooks(self.seen_as, box):
+                missed[box] = 1
+                self.overlooked += 1
+
+    def _misses(self, box: int) -> bool:
+        """Whether a box within R is not seen in this look."""
+        return self._missed is not None and self._missed[box] == 1
 
     @property
     def neighbours(self) -> tuple[int, ...]:
@@ -186,15 +238,18 @@ class LocalView:
 
     def sees(self, node: int) -> bool:
         """Whether a node lies within R or next to the agent."""
-        return self._world.visibility().sees(self.node, node)
+        return self._world.visibility_of(self.agent).sees(self.node, node)
 
     def _look_at(self, node: int) -> None:
-        if not self._world.visibility().sees(self.node, node):
+        if not self._world.visibility_of(self.agent).sees(self.node, node):
             raise OutOfSightError(f"node {node} is out of sight from node {self.node}")
 
     def position(self, node: int) -> tuple[float, float]:
-        """x, y of a node, graph units."""
+        """x, y of a node, graph units; of another than the own one as it seems."""
         self._look_at(node)
+        if self._senses is not None and self._senses.misplaces:
+            self._senses.place(self.seen_as, node, node == self.node)
+            return self._senses.x[node], self._senses.y[node]
         return self._world.topology.x[node], self._world.topology.y[node]
 
     @property
@@ -209,19 +264,58 @@ class LocalView:
 
     @property
     def lengths(self) -> Sequence[float]:
-        """Lengths of the edges to `neighbours`, in their order."""
+        """Lengths of the edges to `neighbours`, in their order, as far apart as their ends seem to be."""
+        if self._misplaces():
+            return [self._apart(self.node, j) for j in self.neighbours]
         return self._world.topology.lengths[self.node]
 
     def ways(self, node: int) -> Sequence[tuple[int, float]]:
         """The neighbours of a visible node that are visible themselves, with the lengths of the edges."""
         self._look_at(node)
         topology = self._world.topology
+        if self._misplaces():
+            return [(j, self._apart(node, j)) for j in topology.neighbours[node] if self.sees(j)]
         edges = zip(topology.neighbours[node], topology.lengths[node], strict=True)
         return [(j, length) for j, length in edges if self.sees(j)]
 
+    def _misplaces(self) -> bool:
+        """Whether nodes seem to lie elsewhere."""
+        return self._senses is not None and self._senses.misplaces
+
+    def _apart(self, i: int, j: int) -> float:
+        """How far apart two visible nodes seem to lie, graph units."""
+        (x, y), (east, north) = self.position(i), self.position(j)
+        return sqrt((x - east) * (x - east) + (y - north) * (y - north))
+
+    def _misjudge(self, senses: Senses) -> Visibility:
+        """Has the searches among visible nodes go by lengths as they seem; `Visibility.measure_truly` ends that."""
+        visibility = self._world.visibility_of(self.agent)
+        visibility.look_from(self.node)
+        terrain, look = self._world.terrain, visibility.look
+        for k in range(visibility.at, visibility.at + visibility.within):
+            senses.place(self.seen_as, visibility.near[k], visibility.near[k] == self.node)
+        for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
+            senses.place(self.seen_as, terrain.ends[edge], False)
+        for k in range(visibility.at, visibility.at + visibility.within):
+            self._measure(senses, visibility.near[k], look)
+        for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
+            self._measure(senses, terrain.ends[edge], look)
+        # Nothing is certain about what is left of a way: it may seem shorter than the straight line.
+        visibility.lengths, visibility.shortest, visibility.guide = senses.lengths, 0.0, 0.0
+        return visibility
+
+    def _measure(self, senses: Senses, node: int, look: int) -> None:
+        """Writes down how long the edges from a visible node to visible nodes seem."""
+        visibility, terrain = self._world.visibility_of(self.agent), self._world.terrain
+        for edge in range(terrain.first[node], terrain.first[node + 1]):
+            j = terrain.ends[edge]
+            if visibility.seen[j] == look:
+                dx, dy = senses.x[node] - senses.x[j], senses.y[node] - senses.y[j]
+                senses.lengths[edge] = sqrt(dx * dx + dy * dy)
+
     def around(self) -> tuple[int, ...]:
         """The neighbours, their neighbours that are visible, and the nodes of boxes and holes within R, ascending."""
-        visibility = self._world.visibility()
+        visibility = self._world.visibility_of(self.agent)
         return tuple(sorted(visibility.found[: visibility.around(self.node)]))
 
     def passable(self, neighbour: int) -> bool:
@@ -288,12 +382,15 @@ class LocalView:
 
     def boxes(self) -> list[int]:
         """The boxes within R, ascending."""
-        return self._world.boxes_near(self.node)
+        if len(self._world.box_node) == 0:
+            return []
+        found = self._world.visibility_of(self.agent).boxes(self.node)
+        return found if not self.overlooked else [box for box in found if not self._misses(box)]
 
     def box_node(self, box: int) -> int:
         """Where a visible box is."""
         node = self._world.box_node[box] if box >= 0 else -1
-        if not self.sees(node):
+        if not self.sees(node) or (self.overlooked and self._misses(box)):
             raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
         return node
 
@@ -309,53 +406,67 @@ class LocalView:
     def top_box(self, node: int) -> int:
         """The topmost box on a visible node, or -1."""
         self._look_at(node)
-        return self._world.top[node]
+        box = self._world.top[node]
+        return -1 if self.overlooked and box >= 0 and self._misses(box) else box
 
     def boxes_beside(self, found: array[int]) -> int:
         """Writes the neighbours that lie within R and have a box into `found`; returns how many there are."""
         world, terrain, count = self._world, self._world.terrain, 0
         for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
             j = terrain.ends[edge]
-            if world.top[j] >= 0 and world.visibility().neighbourhoods.both(self.node, j):
+            if self.overlooked and world.top[j] >= 0 and self._misses(world.top[j]):
+                continue
+            if world.top[j] >= 0 and world.visibility_of(self.agent).neighbourhoods.both(self.node, j):
                 found[count] = j
                 count += 1
         return count
 
     def box_at_hand(self) -> bool:
         """Whether there is a box on the own node or next to it."""
+        if self.overlooked:
+            return len([node for node in (self.node, *self.neighbours) if self.top_box(node) >= 0]) > 0
         return self._world.box_at_hand(self.node)
 
     def box_in_sight(self) -> bool:
         """Whether there is a box within R."""
         world = self._world
-        return len(world.box_node) > 0 and world.visibility().sees_box(self.node)
+        if self.overlooked:
+            return len(self.boxes()) > 0
+        return len(world.box_node) > 0 and world.visibility_of(self.agent).sees_box(self.node)
 
     def beside_box(self, node: int) -> bool:
         """Whether a node is next to a box that stands next to the agent."""
         return self._world.beside_box(self.node, node)
 
     def graspable_from(self, node: int, box: int) -> bool:
-        """Whether the agent, once on a visible node, could take hold of a box on it or next to it."""
+        """Whether the agent, once on a visible node, could take hold of a box on it or next to it.
+
+        No agent can that pushes none.
+        """
         world = self._world
         self.box_node(box)
         self._look_at(node)
+        if not self.pushes_boxes:
+            return False
         level = world.level(self.agent) if node == self.node else world.surface[node]
         return world.graspable(self.agent, box, level, node)
 
     def holes(self) -> tuple[int, ...]:
         """The keys of the holes within R, ascending."""
-        return self._world.holes_near(self.node)
+        if len(self._world.hole_node) == 0:
+            return ()
+        return self._world.visibility_of(self.agent).holes(self.node)
 
     def hole_in_sight(self) -> bool:
         """Whether there is a hole within R."""
         if len(self._world.hole_node) == 0:
             return False
-        return self._world.visibility().find_holes(self.node) > 0
+        return self._world.visibility_of(self.agent).find_holes(self.node) > 0
 
     def open_hole_in_sight(self) -> bool:
         """Whether the surface in a hole within R lies below its rim, so far that nobody can cross it."""
         world = self._world
-        visibility, reach = world.visibility(), world.terrain.reach
+        visibility, reach = world.visibility_of(self.agent), world.terrain.reach
         near = visibility.find_holes(self.node)
         for k in range(visibility.holes_start, visibility.holes_start + near):
             hole = visibility.hole_keys[k]
@@ -366,7 +477,7 @@ class LocalView:
     def holes_into(self, found: array[int], centre: int) -> int:
         """Writes those of `holes` that lie within R of the visible node `centre` too into `found`; returns how many."""
         self._look_at(centre)
-        visibility, count = self._world.visibility(), 0
+        visibility, count = self._world.visibility_of(self.agent), 0
         near = visibility.find_holes(self.node)
         for k in range(visibility.holes_start, visibility.holes_start + near):
             hole = visibility.hole_keys[k]
@@ -385,13 +496,13 @@ class LocalView:
         world = self._world
         if not 0 <= hole < len(world.hole_node):
             return False
-        return world.visibility().neighbourhoods.both(self.node, world.hole_node[hole])
+        return world.visibility_of(self.agent).neighbourhoods.both(self.node, world.hole_node[hole])
 
     def hole_near(self, hole: int, node: int) -> bool:
         """Whether a visible hole lies within R of a visible node."""
         self._hole(hole)
         self._look_at(node)
-        return self._world.visibility().neighbourhoods.both(node, self._world.hole_node[hole])
+        return self._world.visibility_of(self.agent).neighbourhoods.both(node, self._world.hole_node[hole])
 
     def headroom(self, hole: int) -> float:
         """How far the surface in a visible hole lies below its rim, graph units; negative for a hill."""
@@ -430,7 +541,7 @@ class LocalView:
         """Writes `pushes` into `found`, which must have room for all neighbours of the box; returns how many."""
         if len(found) < len(self._world.topology.neighbours[self.box_node(box)]):
             raise ValueError("there is no room for all neighbours of the box")
-        return self._world.visibility().pushes(self.node, box, barred, found)
+        return self._world.visibility_of(self.agent).pushes(self.node, box, barred, found)
 
     def nearest_box(self, shunned: Collection[int] = (), barred: int = -1) -> tuple[int, int] | None:
         """The closest box by path that the agent could hold (paper Algorithm 4).
@@ -455,10 +566,24 @@ class LocalView:
             past: Whether ways may lead over the nodes of boxes that the agent could take hold of.
         """
         world = self._world
-        if len(world.box_node) == 0:
+        if len(world.box_node) == 0 or not self.pushes_boxes:
             return -1, -1
         level = world.level(self.agent)
-        return world.visibility().nearest_box(self.agent, self.node, level, shunned, barred, others, past)
+        if self._misplaces():
+            return self._find_box_badly(level, shunned, barred, others, past)
+        visibility, missed = world.visibility_of(self.agent), self._missed
+        return visibility.nearest_box(self.agent, self.node, level, shunned, barred, others, past, missed)
+
+    def _find_box_badly(
+        self, level: float, shunned: int, barred: int, others: Collection[int], past: bool
+    ) -> tuple[int, int]:
+        """`find_box` by lengths as they seem."""
+        assert self._senses is not None
+        visibility = self._misjudge(self._senses)
+        try:
+            return visibility.nearest_box(self.agent, self.node, level, shunned, barred, others, past, self._missed)
+        finally:
+            visibility.measure_truly()
 
     def way_to_hole(
         self, box: int, hole: int, barred: int = -1, avoided: Collection[tuple[int, int]] = ()
@@ -475,13 +600,26 @@ class LocalView:
             The nodes from the box's to the hole's; none if there is no way within sight, or the box is there.
         """
         self.box_node(box)
-        return self._world.visibility().way_to(self.node, box, self.hole_node(hole), barred, avoided)
+        if not self._misplaces():
+            return self._world.visibility_of(self.agent).way_to(self.node, box, self.hole_node(hole), barred, avoided)
+        end = self.hole_node(hole)
+        assert self._senses is not None
+        visibility = self._misjudge(self._senses)
+        try:
+            return visibility.way_to(self.node, box, end, barred, avoided)
+        finally:
+            visibility.measure_truly()
 
     def feasible(self, box: int, targets: Sequence[int]) -> Sequence[float]:
-        """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`."""
+        """The backend's chance, 0 to 1, that the agent can push a visible box to each of its neighbours `targets`.
+
+        0 for an agent that pushes none.
+        """
         self.box_node(box)
         for node in targets:
             self._look_at(node)
+        if not self.pushes_boxes:
+            return [0.0] * len(targets)
         return self._backend.feasible(self.agent, box, targets)
 
     def feasible_way(self, box: int, way: Sequence[int]) -> Sequence[float]:
@@ -500,6 +638,8 @@ class LocalView:
         self.box_node(box)
         for node in way:
             self._look_at(node)
+        if not self.pushes_boxes:
+            return [0.0] * max(0, len(way) - 1)
         if self._feasible_way is None:
             return [*self._backend.feasible(self.agent, box, way[1:2]), *(1.0 for _ in way[2:])]
         return self._feasible_way(self.agent, box, way)

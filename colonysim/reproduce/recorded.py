@@ -130,7 +130,9 @@ def _is_as_now(there: Run, what: Recording) -> bool:
     return (
         manifest.get("versions", {}).get("colonysim") == __version__
         and manifest.get("scenario_sha256") == scenario.digest
-        and manifest.get("sources", {}) == parts_of(what.policy, what.backend, scenario.parameters)
+        and manifest.get("sources", {}) == parts_of(
+            what.policy, what.backend, scenario.parameters, None, scenario.parts_of_groups
+        )
     )
 
 

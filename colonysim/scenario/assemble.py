@@ -40,6 +40,7 @@ from colonysim.scenario.generate import (
     ring,
     rooms,
 )
+from colonysim.scenario.groups import faults_of, groups_of
 from colonysim.scenario.scenario import BoxStart, Hole, Scenario, Timing
 from colonysim.scenario.sections import LARGEST, SMALLEST
 from colonysim.scenario.solvable import cut_off
@@ -94,7 +95,8 @@ class _Assembly:
         self._check_extent(topology)
         goal = self._goal(floors)
         boxes = self._boxes(set(floors), goal)
-        agents = self._agents(topology, goal, set(floors), {box.node for box in boxes}) + newcomers.agents
+        starts = self._starts(topology, goal, set(floors), {box.node for box in boxes})
+        agents = tuple(node for some in starts for node in some) + newcomers.agents
         boxes += newcomers.boxes
         self._check_solvable(topology, boxes, goal, agents)
         policy = file.policy if isinstance(file.policy, PolicySection) else PolicySection(name=file.policy)
@@ -119,6 +121,8 @@ class _Assembly:
             newcomers=newcomers if file.changes else None,
             policy=policy.name,
             parameters=dict(policy.model_extra or {}),
+            groups=() if file.groups is None else groups_of(file, [len(some) for some in starts], policy.name, places),
+            faults=faults_of(file.faults),
             physics=file.physics.model_dump(exclude_none=True),
             document=document,
             digest=digest(document),
@@ -337,33 +341,59 @@ class _Assembly:
             boxes.append(BoxStart(node, float(box.height)))
         return tuple(boxes)
 
-    def _agents(self, topology: Topology, goal: int, holes: set[int], boxes: set[int]) -> tuple[int, ...]:
-        if isinstance(self._file.agents, Crowd):
-            return self._drawn_agents(self._file.agents, topology, {goal, *holes, *boxes})
-        agents: dict[int, int] = {}
-        for n, number in enumerate(self._file.agents):
-            path = f"agents.{n}"
+    def _starts(self, topology: Topology, goal: int, holes: set[int], boxes: set[int]) -> list[list[int]]:
+        """The start nodes of the agents of each group; without groups, of all."""
+        file, fault = self._file, self._places.fault
+        if file.groups is None:
+            if file.agents is None:
+                what = "start node of each agent, or {count, seed, within} for nodes that are drawn"
+                raise fault("agents", f"is missing, expected {what}; or `groups` of agents that differ")
+            given = {"agents": file.agents}
+        elif file.agents is not None:
+            raise fault("groups", "stands beside `agents`, expected either `agents` or `groups`")
+        else:
+            given = {f"groups.{n}.agents": group.agents for n, group in enumerate(file.groups)}
+        # Listed nodes first: those that are drawn are free.
+        taken: dict[int, str] = {}
+        found = {
+            path: [] if isinstance(agents, Crowd) else self._listed_agents(agents, path, goal, holes, boxes, taken)
+            for path, agents in given.items()
+        }
+        for path, agents in given.items():
+            if isinstance(agents, Crowd):
+                found[path] = self._drawn_agents(agents, path, topology, {goal, *holes, *boxes, *taken})
+                taken |= dict.fromkeys(found[path], path)
+        return list(found.values())
+
+    def _listed_agents(
+        self, numbers: Sequence[int], listed: str, goal: int, holes: set[int], boxes: set[int], agents: dict[int, str]
+    ) -> list[int]:
+        """The nodes that are listed at a path; `agents` tells where the others, whose nodes are taken, are listed."""
+        found = []
+        for n, number in enumerate(numbers):
+            path = f"{listed}.{n}"
             node = self._node(number, path)
             if node in agents:
-                raise self._places.fault(path, f"two agents stand on node {number}, the other is agents.{agents[node]}")
+                raise self._places.fault(path, f"two agents stand on node {number}, the other is {agents[node]}")
             if node == goal:
                 raise self._places.fault(path, f"an agent stands on the goal {number}, expected another node")
             if node in holes:
                 raise self._places.fault(path, f"an agent stands in the hole {number}, expected another node")
             if node in boxes:
                 raise self._places.fault(path, f"an agent and a box stand on node {number}, expected one of them")
-            agents[node] = n
-        return tuple(agents)
+            agents[node] = path
+            found.append(node)
+        return found
 
-    def _drawn_agents(self, crowd: Crowd, topology: Topology, taken: set[int]) -> tuple[int, ...]:
+    def _drawn_agents(self, crowd: Crowd, path: str, topology: Topology, taken: set[int]) -> list[int]:
         xmin, ymin, xmax, ymax = crowd.within or (-inf, -inf, inf, inf)
         x, y = topology.x, topology.y
         free = [i for i in range(len(x)) if i not in taken and xmin <= x[i] <= xmax and ymin <= y[i] <= ymax]
         if crowd.count > len(free):
             where = "within these borders" if crowd.within else "beside the goal, the holes and the boxes"
             message = f"{crowd.count} agents, but only {len(free)} nodes are free {where}"
-            raise self._places.fault("agents.count", message)
-        return tuple(draw_some(free, crowd.count, crowd.seed))
+            raise self._places.fault(f"{path}.count", message)
+        return list(draw_some(free, crowd.count, crowd.seed))
 
     def _timing(self, topology: Topology, edges: set[tuple[int, int]]) -> Timing:
         timing = self._file.timing

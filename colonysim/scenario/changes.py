@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 from colonysim.scenario.scenario import BoxStart
+from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from colonysim.scenario.places import Places
+    from colonysim.scenario.scenario import Scenario
     from colonysim.scenario.timeline import ChangeSection, ConditionSection
     from colonysim.world.topology import Topology
 
-__all__ = ["CHANGES", "Change", "Condition", "Newcomers", "read_changes", "read_newcomers"]
+__all__ = ["CHANGES", "Change", "Condition", "Newcomers", "read_changes", "read_newcomers", "refuse_unknown_marks"]
 
 Kind: TypeAlias = Literal[
     "add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal", "add_agent", "fail", "wipe"
@@ -306,3 +308,16 @@ class _Reader:
                 if not nodes:
                     raise self._places.fault(f"{path}.within", "there is no node within these borders")
         return {"fields": None if wipe.fields is None else tuple(wipe.fields), "nodes": tuple(nodes)}
+
+
+def refuse_unknown_marks(scenario: Scenario, fields: Collection[str]) -> None:
+    """Refuses a timeline that wipes marks of fields that there are not.
+
+    Raises:
+        ScenarioError: It does.
+    """
+    for change in scenario.changes:
+        for n, name in enumerate(change.fields or ()):
+            if name not in fields:
+                path = f"changes.{change.number}.wipe.fields.{n}"
+                raise scenario.fault(path, f"the policy has no field {name!r}; {nearest(name, fields)}")

@@ -39,6 +39,8 @@ _WHOLE = {
     "edges": "a list of [from, to], or {radius: ..., include: ..., exclude: ...}",
     "agents": "a list of nodes, or {count: ..., seed: ..., within: [xmin, ymin, xmax, ymax]}",
     "policy": "a policy's name, or {name: ..., parameters}",
+    "groups": "a list of {name: ..., agents: ...}",
+    "ignores": "a list of fields' names",
     "robot": "a robot's name, or {preset: ..., numbers}",
     "topology": "a mapping with a `kind`: grid, line, ring, geometric or rooms",
 }
@@ -47,6 +49,13 @@ _ELSEWHERE = {
     "r": "did you mean 'detection_radius'?",
     "radius": "did you mean 'detection_radius', or 'edges.radius'?",
     "<<": "merge keys are no part of the format; `variants` can change fields",
+}
+
+
+_SECTIONS = {"groups": "GroupSection", "stops": "StopsSection"}
+_OF_GROUPS = {
+    "robot": "all robots of a scene are alike, `physics.robot` says what they are",
+    "seed": "the seed belongs to the run; that of drawn start nodes stands in `agents`",
 }
 
 
@@ -94,7 +103,8 @@ def _message(fault: ErrorDetails, path: str, document: Mapping[str, Any]) -> str
     if kind in ("missing", "missing_argument"):
         if in_list:
             return f"a value is missing, expected {form or 'more values'}"
-        return f"is missing, expected {_described(name)}"
+        above = names[-2] if len(names) > 1 else ""
+        return f"is missing, expected {_described(name, _SECTIONS.get(above, 'ScenarioFile'))}"
     if kind == "union_tag_invalid":
         words = [word.strip(" '") for word in str(context.get("expected_tags", "")).split(",")]
         if name == "topology":
@@ -163,6 +173,8 @@ def unknown_field(parts: Sequence[str], document: Mapping[str, Any]) -> str:
     known = _siblings(parts, document)
     if len(parts) == 1 and name.lower() in _ELSEWHERE:
         return f"unknown field; {_ELSEWHERE[name.lower()]}"
+    if len(parts) == 3 and parts[0] == "groups" and name in _OF_GROUPS:
+        return f"unknown field; {_OF_GROUPS[name]}"
     hint = nearest_word(name, known)
     if not hint and len(parts) == 1:
         inner = {field: f"timing.{field}" for field in TimingSection.model_fields}
@@ -205,9 +217,9 @@ def _resolve(schema: Mapping[str, Any], node: dict[str, Any], value: Any) -> dic
     return fitting[0]
 
 
-def _described(name: str) -> str:
-    """What a field holds, in the words of its documentation."""
-    text = field_descriptions()["ScenarioFile"].get(name, "").rstrip(".")
+def _described(name: str, section: str) -> str:
+    """What a field of a section holds, in the words of its documentation."""
+    text = field_descriptions()[section].get(name, "").rstrip(".")
     return text[:1].lower() + text[1:] if text else f"a value for {name}"
 
 

@@ -37,6 +37,8 @@ MAX_NAME = 100
 """Most characters of a scenario's name."""
 MAX_CHANGES = 10_000
 """Most changes of a timeline."""
+MAX_GROUPS = 100
+"""Most groups of agents."""
 MAX_PARTS = 200
 """Most levels, pits or ramps of a ground that is given."""
 FORM_TAGS = ("\0list", "\0mapping", "\0plain")
@@ -285,6 +287,72 @@ Policy = Annotated[
 ]
 
 
+class GroupPolicy(BaseModel):
+    """The policy of a group, or what differs in the scenario's; the parameters are checked by the policy itself."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    name: Text | None = None
+    """Name of another policy, or "package.module:Name"; all its parameters then stand here."""
+
+
+class GroupSection(Section):
+    """Agents that differ from others in something."""
+
+    name: Annotated[str, Strict(), Field(min_length=1, max_length=MAX_NAME), AfterValidator(_name)]
+    """Short name, shown in reports."""
+    agents: Agents
+    """Start node of each agent, or {count, seed, within} for nodes that are drawn."""
+    speed: Annotated[float, Strict(), Field(ge=1e-3, le=1e3, allow_inf_nan=False)] = 1.0
+    """How many times as fast as `timing` says they move; for backends without a clock of their own."""
+    detection_radius: Length | None = None
+    """How far they see in the xy plane (R), graph units; the scenario's unless given."""
+    pushes: Flag = True
+    """Whether they take hold of boxes and push them."""
+    ignores: list[Text] = []
+    """Names of the fields that they do not read: they see nodes as if nobody had ever marked them."""
+    policy: (
+        Annotated[Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[GroupPolicy, Tag(FORM_TAGS[1])], Discriminator(_form)]
+        | None
+    ) = None
+    """Parameters that differ from those of the scenario's policy, or another policy: its name, or {name, ...}."""
+
+    def own_policy(self) -> GroupPolicy | None:
+        """What `policy` says, as a mapping."""
+        return GroupPolicy(name=self.policy) if isinstance(self.policy, str) else self.policy
+
+
+Chance = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)]
+
+
+class StopsSection(Section):
+    """Agents that stop for a while."""
+
+    every: Seconds
+    """Mean simulated seconds from the end of an agent's stop to its next one; the times are exponential."""
+    seconds: Seconds
+    """How long each stop is, simulated seconds."""
+
+
+class FaultsSection(Section):
+    """What goes wrong, and how often."""
+
+    seed: Seed = 0
+    """Together with the run's seed it makes the random streams of the faults."""
+    move_fails: Chance = 0.0
+    """Chance that a move fails: its time passes, and nothing has moved."""
+    box_missed: Chance = 0.0
+    """Chance, at each look, that an agent does not see a box within R."""
+    node_misplaced: Annotated[float, Strict(), Field(ge=0, le=1e6, allow_inf_nan=False)] = 0.0
+    """Standard deviation, along x and along y, of where nodes seem to lie at each look, graph units."""
+    mark_lost: Chance = 0.0
+    """Chance that an agent that is to leave marks of a field leaves none."""
+    mark_noise: Chance = 0.0
+    """Relative standard deviation of a field's value as an agent reads it, one error for each look."""
+    stops: StopsSection | None = None
+    """Agents that end their move and stand still for a while, again and again."""
+
+
 class GroundSection(Section):
     """A flat level, in metres."""
 
@@ -434,8 +502,10 @@ class ScenarioFile(Section):
     """Edges [from, to] whose difference of height is a ramp that can be travelled."""
     boxes: list[Box] = []
     """The boxes: [node, height] or {node, height}."""
-    agents: Agents
+    agents: Agents | None = None
     """Start node of each agent, or {count, seed, within} for nodes that are drawn."""
+    groups: Annotated[list[GroupSection], Field(min_length=1, max_length=MAX_GROUPS)] | None = None
+    """Agents that differ, instead of `agents`; numbered group after group."""
     goal: NodeId
     """The node that all agents must reach."""
     no_push: list[Pair] = []
@@ -458,6 +528,8 @@ class ScenarioFile(Section):
     """Durations for backends without a clock of their own."""
     policy: Policy = PolicySection()
     """The policy: a name, or {name, parameters...}."""
+    faults: FaultsSection | None = None
+    """What goes wrong: moves, sensors, marks, stops; nothing unless given."""
     physics: PhysicsSection = PhysicsSection()
     """Scales, boxes and terrain for physics backends."""
     changes: Annotated[list[ChangeSection], Field(max_length=MAX_CHANGES)] = []

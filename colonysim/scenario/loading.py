@@ -285,7 +285,12 @@ class _Draft:
     def scenario(self) -> Scenario:
         """The scenario that the document now describes."""
         # Nothing after a colon, or null, takes a field away; a policy's parameters may well be null.
-        for section in (self.document, self.document.get("timing"), self.document.get("physics")):
+        groups, faults = self.document.get("groups"), self.document.get("faults")
+        stops = faults.get("stops") if isinstance(faults, dict) else None
+        for section in (
+            self.document, self.document.get("timing"), self.document.get("physics"),
+            *(groups if isinstance(groups, list) else ()), faults, stops,
+        ):  # fmt: skip
             if isinstance(section, dict):
                 for name in [name for name, value in section.items() if value is None]:
                     del section[name]
@@ -296,9 +301,11 @@ class _Draft:
         return Places(self._source, self._positions, self._overrides)
 
     def _spell_out(self) -> None:
-        """Writes `policy: NAME` as a mapping, so that parameters can be merged into it."""
-        if isinstance(self.document.get("policy"), str):
-            self.document["policy"] = {"name": self.document["policy"]}
+        """Writes each `policy: NAME` as a mapping, so that parameters can be merged into it."""
+        groups = self.document.get("groups")
+        for section in (self.document, *(groups if isinstance(groups, list) else ())):
+            if isinstance(section, dict) and isinstance(section.get("policy"), str):
+                section["policy"] = {"name": section["policy"]}
 
     def _merge(self, into: dict[str, Any], changes: dict[str, Any], path: str, origin: str) -> None:
         for key, value in changes.items():

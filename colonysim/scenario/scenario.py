@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from colonysim.scenario.places import Places
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from colonysim.errors import ScenarioError
     from colonysim.scenario.changes import Change, Newcomers
+    from colonysim.scenario.groups import Faults, Group
     from colonysim.world.topology import Topology
 
 __all__ = ["BoxStart", "Hole", "Scenario", "Timing"]
@@ -72,7 +73,7 @@ class Scenario:
         topology: The place.
         holes: In the order of the file; a hole's key is its position here.
         boxes: In the order of the file, then those that come later; a box's number is its position here.
-        agents: Start node of each agent; those that join later stand behind the others.
+        agents: Start node of each agent, group after group; those that join later stand behind the others.
         goal: The node that all agents must reach.
         no_push: Directed edges over which no box may be pushed.
         detection_radius: R, graph units.
@@ -88,6 +89,8 @@ class Scenario:
         newcomers: What these changes bring that is not there when an episode begins; None for nothing.
         policy: Name of the policy, or "package.module:Name".
         parameters: Parameters of the policy (`policy.*` in the file), still to be read by the policy itself.
+        groups: Groups of agents that differ; none for a file with `agents`.
+        faults: What goes wrong; None for nothing.
         physics: The `physics:` section, read by the physics backend.
         document: The resolved scenario as plain data, after variant and overrides; equal documents run alike.
         digest: SHA-256 of `document` in canonical JSON.
@@ -95,6 +98,7 @@ class Scenario:
         positions: Line and column (from 1) of each field of the file, by dotted path ("policy.beta", "boxes.2").
         overrides: For each field set from outside the file, how that was said ("--set policy.beta=2").
         variant: The variant of the file that it is; None for the file as it stands.
+        policy_path: Where `policy` and `parameters` stand in the file, see `of_group`.
     """
 
     name: str
@@ -117,6 +121,8 @@ class Scenario:
     newcomers: Newcomers | None = None
     policy: str = "stigmergy"
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    groups: tuple[Group, ...] = ()
+    faults: Faults | None = None
     physics: Mapping[str, Any] = field(default_factory=dict)
     document: Mapping[str, Any] = field(default_factory=dict)
     digest: str = ""
@@ -124,6 +130,29 @@ class Scenario:
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     overrides: Mapping[str, str] = field(default_factory=dict)
     variant: str | None = None
+    policy_path: str = "policy"
+
+    def of_group(self, number: int) -> Scenario:
+        """The same scenario with the policy of a group, and its parameters, as those of all agents.
+
+        Args:
+            number: Place of the group in `groups`.
+        """
+        group = self.groups[number]
+        parameters = dict(group.parameters)
+        if group.policy is None:
+            parameters = {**self.parameters, **parameters}
+        policy = self.policy if group.policy is None else group.policy
+        return replace(self, policy=policy, parameters=parameters, policy_path=f"groups.{number}.policy")
+
+    @property
+    def parts_of_groups(self) -> list[tuple[str | None, list[str]]]:
+        """For each group the policy that it names, or None, and the extra fields."""
+        found: list[tuple[str | None, list[str]]] = []
+        for group in self.groups:
+            extra = group.parameters.get("extra_fields") or ()
+            found.append((group.policy, [extra] if isinstance(extra, str) else [*extra]))
+        return found
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -153,6 +182,8 @@ class Scenario:
 
     def fault(self, path: str, message: str) -> ScenarioError:
         """An error that says where in the file `path` stands, or what stands nearest above it."""
+        if path.partition(".")[0] == "policy":
+            path = self.policy_path + path[len("policy") :]
         return Places(self.source, self.positions, self.overrides).fault(path, message)
 
 

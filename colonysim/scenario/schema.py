@@ -53,6 +53,7 @@ def scenario_schema() -> dict[str, Any]:
         "properties": fields,
         "additionalProperties": False,
     }
+    schema["oneOf"] = [{"required": ["agents"]}, {"required": ["groups"]}]
     schema["title"] = "colonysim scenario"
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_tidy(schema)}
 

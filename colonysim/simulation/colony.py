@@ -13,21 +13,23 @@ from colonysim.arguments import as_seed, real, whole
 from colonysim.backends.changes import refuse_changes
 from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
-from colonysim.plugins import make_backend, make_policy
+from colonysim.plugins import make_backend
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
+from colonysim.scenario.changes import refuse_unknown_marks
+from colonysim.scenario.groups import refuse_speeds
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation.episode import Episode
-from colonysim.simulation.foreign import checked_backend, checked_fields, checked_policy
+from colonysim.simulation.foreign import checked_backend
 from colonysim.simulation.foreign.answers import SHOWN
+from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.initial import load_fields
 from colonysim.simulation.keeping import Course, closed_on_error, diverge, loaded, restore, saved_of
 from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.origins import origin_of
 from colonysim.simulation.saving import read_saved, write_saved
-from colonysim.simulation.timeline import refuse_unknown_fields
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
 from colonysim.suggest import nearest
 from colonysim.trace.checks import LONGEST
@@ -112,17 +114,18 @@ class Colony:
         self._kinds = _kinds(kinds)
         self._world, self._rows = World(scenario), Rows(scenario, sink, decisions, self._kinds)
         world, rows = self._world, self._rows
-        self._policy = checked_policy(make_policy(policy, scenario), world, rows)
-        self._fields = checked_fields(self._policy, world, rows)
+        self._take_policies(GroupPolicies(policy, scenario, world, rows))
         if isinstance(sink, TraceWriter):
             sink.describe({name: bool(field.by_box) for name, field in self._fields.items()})
         if initial:
             load_fields(world, self._fields, initial)
         made = make_backend(backend, backend_options, scenario)
         refuse_changes(scenario, str(made.name), getattr(made, "changes", ()))
-        refuse_unknown_fields(scenario, self._fields)
+        refuse_unknown_marks(scenario, self._fields)
         if id(made) in _MOVING:
             raise ColonysimError("this backend moves another colony already; make one for each, or close that one")
+        if getattr(made, "tick", None) is not None:
+            refuse_speeds(scenario)
         self._body = checked_backend(made, world, rows, recording=sink is not None)
         _MOVING.add(id(made))
         # Also of a colony that nobody closes: an engine keeps what it has until it is told.
@@ -142,11 +145,18 @@ class Colony:
                 self._release()
             raise
 
+    def _take_policies(self, policies: GroupPolicies) -> None:
+        """Has the agents decide by these policies, and leave marks in their fields."""
+        self._policy, self._fields, self._read = policies.decider, policies.fields, policies.read_by()
+
     def _set_up(self) -> None:
         """Makes the episode, and what is shown, for the policy and the fields that there are."""
         world, fields, body = self._world, self._fields, self._body
-        views = [LocalView(world, fields, body, agent) for agent in range(len(self._memories))]
-        self._episode = Episode(world, fields, body, self._policy, views, self._rows)
+        views = [LocalView(world, self._read[agent], body, agent) for agent in range(len(self._memories))]
+        unmarked = {id(field): field for read in self._read for field in read.values()}
+        for field in fields.values():
+            unmarked.pop(id(field), None)
+        self._episode = Episode(world, fields, body, self._policy, views, self._rows, list(unmarked.values()))
         self._agents, self._boxes = AgentsView(world, self._episode, views), BoxesView(world)
         self._shown_fields, self._place = FieldsView(world, fields), WorldView(world)
 

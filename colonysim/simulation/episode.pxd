@@ -41,7 +41,7 @@ cdef class Episode:
     cdef public Draws ties
     cdef public Visit visit
     cdef public Waiting waiting
-    cdef public list memories, views, random, processes, marks, outcomes, turns
+    cdef public list memories, views, random, processes, marks, unmarked, outcomes, turns
     cdef public set finished, short
     cdef public long long number, acting, standing, armed, timed, max_steps, stepped
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
@@ -50,6 +50,10 @@ cdef class Episode:
     cdef readonly int[::1] asks, target, box, hole, ends_at, short_waits, spins
     cdef readonly double[::1] began, since
     cdef public double[::1] still_until
+    cdef public object faults
+    cdef public bint alike, stops, loses, breaks
+    cdef unsigned char[::1] pushes
+    cdef double[::1] speeds
     cdef Decision stopped
     cdef readonly long long[::1] steps
 
@@ -64,6 +68,7 @@ cdef class Episode:
     cdef bint _stalls(self, double due) except? -1
     @cython.locals(node=int)
     cdef _withdraw_request(self, int agent)
+    @cython.locals(rested=cython.bint)
     cpdef _resume(self, int agent)
     @cython.locals(decision=Decision)
     cdef _choose(self, int agent)
@@ -74,10 +79,13 @@ cdef class Episode:
     cdef bint _done(self, int agent) except? -1
     @cython.locals(view=LocalView, rows=Rows, decision=Decision, options=Options, stream=Drawn)
     cdef Decision _decide(self, int agent)
+    cdef _look_again(self, LocalView view, Decision decision)
     @cython.locals(world=World, node=int)
     cdef _reserve(self, int agent, Decision decision)
     @cython.locals(node=int, box=int, hole=int, seconds=double)
     cdef _act(self, int agent, Decision decision)
+    @cython.locals(motion=MotionType, at=int, fails=cython.bint, seconds=double)
+    cdef double _undertake(self, int agent, int node, int box, int hole) except? -2
     @cython.locals(
         world=World, view=LocalView, rows=Rows, node=int, box=int, hole=int, origin=int, before=int, action=str, status=str, reason=str,
         lost=cython.bint, now_at=int,
@@ -86,6 +94,8 @@ cdef class Episode:
     cpdef stand_still(self, int agent, double until)
     @cython.locals(seconds=double)
     cdef _stand(self, int agent)
+    @cython.locals(until=double)
+    cdef _stop_by_chance(self, int agent, bint rested)
     @cython.locals(rows=Rows, node=int)
     cdef _note_stop(self, int agent)
     @cython.locals(world=World, rows=Rows, visibility=Visibility, count=int, clear=int)

@@ -17,11 +17,12 @@ from colonysim.pheromones.field import Visit
 from colonysim.policies.decision import Stream, new_decision
 from colonysim.simulation.alarms import LAST, LATEST, Alarm, Timers
 from colonysim.simulation.clock import Clock
+from colonysim.simulation.faults import FAILED, Breakdowns
 from colonysim.simulation.timeline import Timeline
 from colonysim.simulation.waiting import Waiting
 from colonysim.states import MOST, Stored
 from colonysim.trace.schema import EpisodeResult
-from colonysim.world.intents import Wait
+from colonysim.world.intents import Outcome, Wait
 from colonysim.world.plain import move_of, move_state, outcome_of, outcome_state
 from colonysim.world.state import AgentStatus, nodes_of
 
@@ -34,9 +35,9 @@ if TYPE_CHECKING:
     from colonysim.policies.decision import Decider, Decision
     from colonysim.policies.view import LocalView
     from colonysim.randomness import Streams
+    from colonysim.scenario.scenario import Scenario
     from colonysim.states import State
     from colonysim.trace.rows import Rows
-    from colonysim.world.intents import Outcome
     from colonysim.world.state import World
 
 __all__ = ["Episode"]
@@ -59,8 +60,8 @@ SELDOM = 0.01
 """While nothing but long actions goes on, who waits looks up after this share of the time that it has lasted."""
 
 
-STOPPED = "stopped"
-"""The reason of an agent's wait while it stands still."""
+STOPPED, NO_PUSHER = "stopped", "does not push"
+"""The reasons of an agent's wait while it stands still, and of a push that is not for an agent of its group."""
 ABSENT, LOST = AgentStatus.ABSENT, AgentStatus.LOST
 RESTING, ACTING, STANDING = 0, 1, 2
 GENERATOR, WORDS = 3, 625
@@ -131,6 +132,7 @@ class Episode:
         policy: What decides for them.
         views: What each agent sees.
         rows: The trace.
+        unmarked: Fields in which nobody leaves marks, which agents read that ignore the others.
     """
 
     def __init__(
@@ -141,10 +143,11 @@ class Episode:
         policy: Decider,
         views: list[LocalView],
         rows: Rows,
+        unmarked: Sequence[Marks] = (),
     ) -> None:
         self.world, self.fields, self.backend, self.policy = world, fields, backend, policy
         self.marks, self.motion = list(fields.values()), backend if isinstance(backend, Motion) else ByProtocol(backend)
-        self.views, self.rows = views, rows
+        self.views, self.rows, self.unmarked = views, rows, list(unmarked)
         scenario, agents = world.scenario, len(views)
         self.max_steps, self.stall = scenario.max_steps, scenario.stall_seconds
         self.limit = inf if scenario.time_limit is None else scenario.time_limit
@@ -166,9 +169,28 @@ class Episode:
         self.still_until = array("d", [0.0]) * agents  # until when each stands still once its move has ended
         self.random: list[Stream] = []
         self.visit = Visit()
+        self._differ(scenario, agents)
         self.stopped = new_decision(None)  # of an agent that stands still when all act at once
         # The changes of the scenario, and whether some of them wait for what agents do.
         self.timeline, self.awaited = Timeline(self, backend), False
+
+    def _differ(self, scenario: Scenario, agents: int) -> None:
+        """What the agents do not have in common, and what may go wrong."""
+        self.pushes, self.speeds = bytearray([1]) * agents, array("d", [1.0]) * agents
+        for group in scenario.groups:
+            for agent in group.agents:
+                self.pushes[agent], self.speeds[agent] = group.pushes, group.speed
+        self.faults: Breakdowns | None = None
+        if scenario.faults is not None:
+            self.faults = Breakdowns(scenario.faults, scenario.topology, agents, self.fields)
+            senses = self.faults.senses
+            for view in self.views:
+                if senses is not None:
+                    view.sense_with(senses)
+        faults = self.faults
+        self.stops, self.loses = faults is not None and faults.stops, faults is not None and faults.loses
+        self.breaks = faults is not None and faults.moves
+        self.alike = not self.breaks and set(self.speeds) <= {1.0}
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
@@ -184,6 +206,8 @@ class Episode:
         self.clock.begin(self.env, self.backend.tick)
         self.ties = streams.draws("ties", len(views))
         self._seed(streams)
+        if self.faults is not None:
+            self.faults.begin(streams)
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
@@ -227,6 +251,7 @@ class Episode:
             "orders": array("d", [alarm.order for alarm in alarms]),
             "tick": [self.ticker.due, self.ticker.order],
             "timers": self.timers.state(), "clock": self.clock.state(), "waiting": self.waiting.state(),
+            "faults": None if self.faults is None else self.faults.state(),
             "timeline": self.timeline.state(), "ties": self.ties.numbers(),
             "generators": array("I", chain.from_iterable(words for _, words, _ in generators)),
             "gauss": [gauss for _, _, gauss in generators],
@@ -260,6 +285,8 @@ class Episode:
         for agent, view in enumerate(self.views):
             view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
             view.look()
+        if self.faults is not None:  # after the looks above, which draw
+            self.faults.restore(told.part("faults"))
         self.waiting.restore(told.part("waiting"))
         self.clock.restore(told.part("clock"), world, self.now)
         self.timers.restore(told.part("timers"), self.env, self.now)
@@ -471,6 +498,7 @@ class Episode:
     def _resume(self, agent: int) -> None:
         """The alarm of an agent has come: its action has ended, or it is to choose again."""
         self.armed -= 1
+        rested = False
         if self.doing[agent] == ACTING:
             self.doing[agent] = RESTING
             self.acting -= 1
@@ -487,6 +515,9 @@ class Episode:
             self.standing -= 1
         elif self.waiting.waits(agent):
             self._rested(agent)
+            rested = True
+        if self.stops:
+            self._stop_by_chance(agent, rested)
         self._choose(agent)
 
     def _choose(self, agent: int) -> None:
@@ -552,6 +583,8 @@ class Episode:
         view.look()
         decision = self.policy.think(view, self.memories[agent], self.random[agent])
         self.memories[agent] = decision.memory
+        if view.overlooked and decision.node < 0:
+            self._look_again(view, decision)
         if rows.kept:
             choice, options = decision.choice, decision.options
             if options is not None and decision.count:
@@ -564,6 +597,12 @@ class Episode:
                     agent, view.node, choice.explored, decision.node, choice.targets, choice.boxes, choice.probabilities
                 )
         return decision
+
+    def _look_again(self, view: LocalView, decision: Decision) -> None:
+        """Has an agent that waits, and has overlooked a box, look again after a while: nothing need change for that."""
+        wait = decision.waits(view)
+        if wait.seconds is None:
+            decision.idle, decision.wait = False, Wait(wait.nodes, self.edge_seconds, wait.clear)
 
     def _reserve(self, agent: int, decision: Decision) -> Sequence[int]:
         """Reserves what the move needs, all or none; returns the nodes that stand in the way."""
@@ -591,9 +630,12 @@ class Episode:
         if self.asks[agent] >= 0:
             self._withdraw_request(agent)
         self.target[agent], self.box[agent], self.hole[agent], self.began[agent] = node, box, hole, self.now
-        if self.world.claim(agent, box):
+        if self.world.claim(agent, box if self.pushes[agent] else -1):
             self._deposit("claim", agent, box, hole)
-        seconds = self.motion.undertake(agent, node, box, hole, self.now)
+        if self.alike and (box < 0 or self.pushes[agent]):
+            seconds = self.motion.undertake(agent, node, box, hole, self.now)
+        else:
+            seconds = self._undertake(agent, node, box, hole)
         self.doing[agent] = ACTING
         if seconds < 0.0:
             self.clock.expect(agent, self._enough(agent, node), self.now)
@@ -601,6 +643,28 @@ class Episode:
         self.outcomes[agent], self.ends_at[agent] = self.motion.outcome, self.motion.ends_at
         self.acting += 1
         self._expect(agent, seconds, ENDS)
+
+    def _undertake(self, agent: int, node: int, box: int, hole: int) -> float:
+        """Begins a move of an agent that differs, or that may fail; returns as `Motion.undertake`.
+
+        What fails is never begun on a backend with a clock, which could not take it back: the agent stays where it is
+        for the time that is typical of the edge. On any other it takes as long as if it had succeeded.
+        """
+        motion, at = self.motion, self.world.agent_node[agent]
+        if box >= 0 and not self.pushes[agent]:
+            motion.outcome = Outcome("blocked", at, reason=NO_PUSHER)
+            return 0.0
+        fails = self.breaks and self.faults is not None and self.faults.fails(agent)
+        if fails and self.clocked:
+            topology = self.world.topology
+            motion.outcome = Outcome("failed", at, reason=FAILED)
+            return self.edge_seconds * topology.length(at, node) / (topology.mean_length or 1.0)
+        seconds = motion.undertake(agent, node, box, hole, self.now)
+        if seconds < 0.0:
+            return seconds
+        if fails and (motion.outcome is None or motion.outcome.status == "arrived"):
+            motion.outcome = Outcome("failed", at, reason=FAILED)
+        return seconds / self.speeds[agent]
 
     def _settle(self, agent: int) -> bool:
         """Applies what came of a move, deposits, and wakes who waited for what it changed; returns whether any did."""
@@ -658,6 +722,13 @@ class Episode:
         self.standing += 1
         self._expect(agent, seconds, ENDS)
 
+    def _stop_by_chance(self, agent: int, rested: bool) -> None:
+        """Lets an agent that is about to choose stand still if it has broken down, see `Breakdowns.still_until`."""
+        assert self.faults is not None
+        until = self.faults.still_until(agent, self.now, rested)
+        if until > self.still_until[agent]:
+            self.still_until[agent] = until
+
     def _note_stop(self, agent: int) -> None:
         rows = self.rows
         if rows.kept or rows.hears_waits:
@@ -678,7 +749,7 @@ class Episode:
             why = f"it has decided {DECISIONS} times to wait, and no time has passed: {wait}"
             raise PluginError(f"policy {self.policy.name!r}, agent {agent} at {self.now:g} s: {why}")
         if wait is None:
-            visibility = world.visibility()
+            visibility = world.visibility_of(agent)
             count = visibility.around(world.agent_node[agent])
             self.waiting.begin_at(agent, visibility.found, count)
             if rows.kept or rows.hears_waits:
@@ -758,6 +829,8 @@ class Episode:
         """All decide, and those begin to move whose places are free."""
         going = [agent for agent in self._present() if agent not in self.finished]
         active = [agent for agent in self._drawn(going) if not self._done(agent)]
+        for agent in active if self.stops else ():
+            self._stop_by_chance(agent, False)
         decisions = [self.stopped if self.still_until[agent] > self.now else self._decide(agent) for agent in active]
         timed, moving = False, 0
         for agent, decision in zip(active, decisions, strict=True):
@@ -814,10 +887,16 @@ class Episode:
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)
         visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-        for marks in self.marks:
+        for marks in self.marks if not self.loses else self._left(agent):
             count = marks.mark(visit)
             if count and rows.kept:
                 rows.marked(marks, agent, count)
+
+    def _left(self, agent: int) -> list[Marks]:
+        """The fields in which an agent leaves marks now; in the others they are lost."""
+        faults = self.faults
+        assert faults is not None
+        return [marks for field, marks in enumerate(self.marks) if not faults.mark_lost(agent, field)]
 
 
 def _turn(told: Stored, given: object, agents: int, nodes: int) -> tuple[int, bool, int]:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from colonysim import __version__
 from colonysim.errors import ColonysimError, PluginError, ScenarioError
 from colonysim.files import found_at
-from colonysim.plugins import make_policy
 from colonysim.randomness import Streams
-from colonysim.simulation.foreign import checked_fields, checked_policy
+from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.origins import backend_of, policy_of, scenario_of
 from colonysim.simulation.saving import Saved
 from colonysim.simulation.settings import changed
@@ -248,9 +247,9 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
         raise ColonysimError("this policy was given as an object, whose parameters no field of the scenario can set")
     fields, state = {name: field.state() for name, field in colony._fields.items()}, before.state() if number else None
     memories = [policy.state(agent, memory) for agent, memory in enumerate(colony._memories)]
-    made = checked_policy(make_policy(asked, scenario), world, colony._rows)
+    made = GroupPolicies(asked, scenario, world, colony._rows)
     world.adopt(scenario)
-    colony._policy, colony._fields = made, checked_fields(made, world, colony._rows)
+    colony._take_policies(made)
     if other := fields.keys() ^ colony._fields.keys():
         raise ColonysimError(f"other pheromone fields cannot come or go under way: {', '.join(sorted(other))}")
     colony.scenario = scenario
@@ -258,7 +257,7 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
         colony._count = max(number, scenario.episodes)
     for name, field in colony._fields.items():
         field.restore(fields[name])
-    colony._memories[:] = [made.restore(agent, memory) for agent, memory in enumerate(memories)]
+    colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
     colony._set_up()
     own = colony._streams.within(f"episode/{number}")
     if colony._running and says_state(colony._body):  # which may have read the scenario when it was reset

@@ -8,20 +8,18 @@ from typing import TYPE_CHECKING
 import simpy
 
 from colonysim.simulation.alarms import LAST, LATEST, Alarm
-from colonysim.suggest import nearest
 from colonysim.world.changing import make, possible
 from colonysim.world.state import AgentStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Sequence
 
     from colonysim.backends.protocol import Backend
     from colonysim.scenario.changes import Change
-    from colonysim.scenario.scenario import Scenario
     from colonysim.simulation.episode import Episode
     from colonysim.states import State, Stored
 
-__all__ = ["CHANGES_FIRST", "Timeline", "refuse_unknown_fields"]
+__all__ = ["CHANGES_FIRST", "Timeline"]
 
 CHANGES_FIRST = 1.5
 """SimPy's priority of changes: after its own events, before whatever else happens at that time (see `episode.ENDS`).
@@ -31,19 +29,6 @@ Changes of one time happen in the order of the file.
 STEP = 1e-6
 _OF_PLACE = ("add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal")
 """What happens to the place before an episode's first event: a backend builds it as it is then."""
-
-
-def refuse_unknown_fields(scenario: Scenario, fields: Collection[str]) -> None:
-    """Refuses a timeline that wipes marks of fields that there are not.
-
-    Raises:
-        ScenarioError: It does.
-    """
-    for change in scenario.changes:
-        for n, name in enumerate(change.fields or ()):
-            if name not in fields:
-                path = f"changes.{change.number}.wipe.fields.{n}"
-                raise scenario.fault(path, f"the policy has no field {name!r}; {nearest(name, fields)}")
 
 
 class _Due(Alarm):
@@ -112,8 +97,7 @@ class Timeline:
     def begin(self) -> None:
         """The episode has begun: what has changed is written down, and the rest gets its time."""
         if self._moves_goal:
-            for field in self._episode.marks:
-                field.goal_moved(self._world.goal)
+            self._tell_goal()
         for change, at in self._begun:
             self._tell(change, at)
         begun = {change.number for change, _ in self._begun}
@@ -217,14 +201,18 @@ class Timeline:
                     field.wipe(nodes)
         elif change.kind == "move_goal":
             nodes = range(len(world.topology))
-            for field in episode.marks:
-                field.goal_moved(world.goal)
+            self._tell_goal()
         if self._changed is not None:
             self._changed(change)
         if change.kind == "add_agent":
             episode.join(change.agents[0])
         episode.waiting.wake(nodes)
         self.notice()
+
+    def _tell_goal(self) -> None:
+        """Tells all fields where the goal is, also those without marks that groups read which ignore the others."""
+        for field in (*self._episode.marks, *self._episode.unmarked):
+            field.goal_moved(self._world.goal)
 
     def _fail(self, change: Change) -> None:
         episode, world = self._episode, self._world

@@ -320,9 +320,10 @@ class _Sources:
         """What a trial of this scenario depends on."""
         policy = trial.policy or scenario.policy
         fields = scenario.parameters.get("extra_fields") or ()
-        key = json.dumps([policy, trial.backend, fields, trial.options], sort_keys=True, default=str)
+        groups = scenario.parts_of_groups
+        key = json.dumps([policy, trial.backend, fields, trial.options, groups], sort_keys=True, default=str)
         if key not in self._found:
-            found = parts_of(policy, trial.backend, scenario.parameters, trial.options)
+            found = parts_of(policy, trial.backend, scenario.parameters, trial.options, groups)
             for name in {policy, trial.backend, *found} & self._tags.keys():
                 found[name] = {**found.get(name, {}), TAG: self._tags[name]}
                 self.unused.discard(name)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.errors import ColonysimError
 from colonysim.files import LOCK, alone
 from colonysim.jsonlines import numbered, warn_of
+from colonysim.sweep.groups import are_groups
 from colonysim.sweep.tables import BOUNDS, EPISODE
 
 if TYPE_CHECKING:
@@ -196,6 +197,8 @@ def _fault_of(entry: dict[str, Any]) -> str | None:
         return "it does not say why the trial failed"
     if (status == "succeeded" or "trace_sha256" in entry) and not isinstance(entry.get("trace_sha256"), str):
         return "it has no hash of the trace"
+    if not are_groups(entry.get("groups", [])):
+        return "its groups of agents are not as they were written"
     if (status == "succeeded" or "episodes" in entry) and not _are_episodes(entry.get("episodes")):
         return "its episodes are not as they were written"
     return None

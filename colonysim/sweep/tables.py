@@ -32,6 +32,9 @@ _COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
     "episodes": {
         "trial": _TEXT, "episode": _WHOLE, "steps": _NUMBER, "success": _NUMBER, "ended": _TEXT, "sim_seconds": _NUMBER,
     },
+    "groups": {
+        "trial": _TEXT, "episode": _WHOLE, "group": _TEXT, "agents": _WHOLE, "success": _NUMBER, "steps": _NUMBER,
+    },
 }  # fmt: skip
 """Columns that every sweep has, and their types; the first is the usual one."""
 BOUNDS = {
@@ -48,17 +51,18 @@ _BETWEEN = 0.5
 """Seconds of wall clock within which both tables are renewed."""
 
 EPISODE = ("episode", "steps", "success", "ended", "sim_seconds", "seated")
+GROUP = ("episode", "group", "agents", "success", "steps")
 
 
 def write_tables(directory: Path, trials: Sequence[Trial], entries: Mapping[str, Mapping[str, Any]]) -> None:
-    """Writes `trials.parquet` and `episodes.parquet`, each renamed into place.
+    """Writes `trials.parquet` and `episodes.parquet`, each renamed into place; where there are any, `groups.parquet`.
 
     `seconds` is wall clock; all other columns are the same however often the sweep was stopped.
 
     Raises:
         ColonysimError: They cannot be written.
     """
-    rows, episodes = [], []
+    rows, episodes, groups = [], [], []
     columns = {name: None for trial in trials for name in trial.described()}
     for trial in trials:
         entry = entries.get(trial.identity, {"status": "pending"})
@@ -70,8 +74,11 @@ def write_tables(directory: Path, trials: Sequence[Trial], entries: Mapping[str,
             "trace_sha256": entry.get("trace_sha256"), "seconds": entry.get("seconds"),
         })  # fmt: skip
         episodes += [{**about, **dict(zip(EPISODE, episode, strict=True))} for episode in played]
+        groups += [{**about, **dict(zip(GROUP, group, strict=True))} for group in entry.get("groups", ())]
     _write(directory / "trials.parquet", rows)
     _write(directory / "episodes.parquet", episodes)
+    if groups:
+        _write(directory / "groups.parquet", groups)
 
 
 def _mean(values: Sequence[float]) -> float | None:
@@ -102,7 +109,7 @@ def read_table(directory: str | Path, name: str) -> Any:
 
     Args:
         directory: The sweep's.
-        name: "trials" or "episodes".
+        name: "trials", "episodes" or "groups".
 
     Raises:
         ColonysimError: There is none, it is damaged, or a column is missing or of another type.
@@ -242,7 +249,7 @@ def summary(
 
 
 def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """The answer of DuckDB to a query on the tables `trials` and `episodes`: names of the columns, and rows.
+    """The answer of DuckDB to a query on `trials`, `episodes` and, if there are any, `groups`: columns, and rows.
 
     Raises:
         MissingExtraError: DuckDB is not installed.
@@ -253,7 +260,9 @@ def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, .
     except ImportError as error:
         raise MissingExtraError(f"a query needs DuckDB ({error}): pip install 'colonysim[sweep]'") from error
     tables = dict(zip(("trials", "episodes"), read_tables(directory), strict=True))
-    # The query sees these two tables, and neither files nor the network.
+    if (Path(directory) / "groups.parquet").is_file():
+        tables["groups"] = read_table(directory, "groups")
+    # The query sees these tables, and neither files nor the network.
     with duckdb.connect(config={"enable_external_access": "false"}) as connection:
         for name, table in tables.items():
             connection.register(name, table)

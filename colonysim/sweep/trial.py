@@ -26,7 +26,8 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     """Runs a trial without recording it.
 
     Returns:
-        `trace_sha256` and `episodes`: for each its number, steps, success, ended, sim_seconds and seated. If scenario
+        `trace_sha256` and `episodes`: for each its number, steps, success, ended, sim_seconds and seated; and of a
+        scenario with groups `groups`: for each episode and group what a `GroupResult` holds. If scenario
         or code are no longer those that the trial was planned with, nothing is run, and `changed` names them.
     """
     scenario = _loaded(trial.scenario, trial.folder, trial.variant, json.dumps(trial.parameters))
@@ -36,7 +37,9 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         scenario, backend=trial.backend, backend_options=trial.options, policy=trial.policy, mode=trial.mode,
         episodes=trial.episodes, seed=trial.seed, trace=False,
     )  # fmt: skip
+    grouped = {"groups": [list(result) for result in recorded.groups]} if scenario.groups else {}
     return {
+        **grouped,
         "trace_sha256": recorded.trace_sha256,
         "episodes": [
             [e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes
@@ -49,7 +52,7 @@ def _changed(trial: Trial, scenario: Scenario) -> str:
         return f"scenario {trial.scenario}"
     found = _sources(
         trial.policy or scenario.policy, trial.backend, json.dumps(scenario.parameters.get("extra_fields")),
-        json.dumps(trial.options),
+        json.dumps(trial.options), json.dumps(scenario.parts_of_groups),
     )  # fmt: skip
     planned, there = _flat(trial.sources), _flat(found)
     return ", ".join(f"{m} ({part})" for part, m in planned | there if planned.get((part, m)) != there.get((part, m)))
@@ -60,9 +63,9 @@ def _flat(sources: Mapping[str, Mapping[str, str]]) -> dict[tuple[str, str], str
 
 
 @lru_cache(maxsize=64)
-def _sources(policy: str, backend: str, fields: str, options: str) -> Sources:
+def _sources(policy: str, backend: str, fields: str, options: str, groups: str) -> Sources:
     """As they were when this process first needed them: it keeps to what it has imported."""
-    return parts_of(policy, backend, {"extra_fields": json.loads(fields)}, json.loads(options))
+    return parts_of(policy, backend, {"extra_fields": json.loads(fields)}, json.loads(options), json.loads(groups))
 
 
 @lru_cache(maxsize=8)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from colonysim.arguments import wholes
 from colonysim.errors import TraceError
 from colonysim.intervals import wilson
+from colonysim.trace.groups import group_at
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Attempts", "Grouping", "Tally", "attempts"]
 
-Grouping: TypeAlias = Literal["reason", "edge", "agent"]
+Grouping: TypeAlias = Literal["reason", "edge", "agent", "group"]
 ACTIONS = ("travel", "take", "push")
 UNTOLD = "(none told)"
 """Stands for the reason where a backend gave none."""
@@ -30,9 +31,9 @@ class Tally:
 
     Attributes:
         action: "travel", "take" or "push".
-        group: The reason, the edge ("3-4") or the agent that they have in common.
+        group: The reason, the edge ("3-4"), the agent or its group that they have in common.
         reasons: How many there are for each reason, the most frequent first.
-        attempts: Out of how many: by reason all that the run has of this action, by edge or agent those there.
+        attempts: Out of how many: by reason all that the run has of this action, otherwise those there.
         first: The first of them.
     """
 
@@ -66,11 +67,13 @@ class Attempts:
         ends: Their events, in order.
         episodes: The episodes they are from, those that are not complete included.
         terrain: Of single pushes: the terrain of each episode. They have no nodes; it takes the place of the edge.
+        group_of: The name of each agent's group, if there are any.
     """
 
     ends: tuple[Event, ...]
     episodes: tuple[int, ...]
     terrain: dict[int, str]
+    group_of: tuple[str, ...] = ()
 
     @property
     def counts(self) -> dict[str, int]:
@@ -88,7 +91,7 @@ class Attempts:
         return self.terrain.get(event.episode) or f"{event.node}-{event.target}"
 
     def tally(self, by: Grouping = "reason") -> list[Tally]:
-        """Counts failures by action and reason, edge or agent, the most frequent first."""
+        """Counts failures by action and reason, edge, agent or group, the most frequent first."""
         tried = Counter((event.action, "" if by == "reason" else self._group(event, by)) for event in self.ends)
         groups: dict[tuple[str, str], list[Event]] = {}
         for event in self.failures:
@@ -102,6 +105,8 @@ class Attempts:
     def _group(self, event: Event, by: Grouping) -> str:
         if by == "edge":
             return self.place(event)
+        if by == "group":
+            return self.group_of[event.agent]
         return str(event.agent) if by == "agent" else event.reason or UNTOLD
 
 
@@ -135,4 +140,11 @@ def attempts(run: Run, episodes: Collection[int] | None = None) -> Attempts:
         raise TraceError(f"no episode {missing[0]} in this run; {known}")
     pushes = run.manifest.get("evaluation", {}).get("pushes", ())
     terrain = {push["episode"]: push["terrain"] for push in pushes}
-    return Attempts(tuple(ends), tuple(e for e in begun if episodes is None or e in episodes), terrain)
+    chosen = tuple(e for e in begun if episodes is None or e in episodes)
+    return Attempts(tuple(ends), chosen, terrain, _groups(run))
+
+
+def _groups(run: Run) -> tuple[str, ...]:
+    if run.manifest.get("scenario") is None or not run.scenario.groups:
+        return ()
+    return tuple(group_at(run.scenario, agent) for agent in range(len(run.scenario.agents)))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from colonysim.arguments import whole
 from colonysim.errors import TraceError
 from colonysim.trace.checks import Rows
+from colonysim.trace.groups import results_of_groups
 from colonysim.trace.kept import left_out
 from colonysim.trace.manifest import MANIFEST, read_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
     from colonysim.scenario.scenario import Scenario
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.stored import Piece
 
 __all__ = ["Run"]
@@ -50,12 +52,14 @@ class Run:
         manifest: dict[str, Any],
         episodes: list[EpisodeResult] | None = None,
         scenario: Scenario | None = None,
+        groups: list[GroupResult] | None = None,
     ) -> None:
         # Whoever holds a run may change the working directory.
         self.path = None if path is None else Path(path).absolute()
         self.manifest = manifest
         self._episodes = episodes
         self._scenario = scenario
+        self._groups = groups
         self._tables: dict[str, Rows] = {}
         self._only: Collection[int] | None = None
 
@@ -123,6 +127,15 @@ class Run:
             rows = self.table("episodes").to_pylist()
             self._episodes = [EpisodeResult(**row) for row in rows]
         return self._episodes
+
+    @property
+    def groups(self) -> list[GroupResult]:
+        """How each complete episode went for each group of agents; empty if the scenario has no groups.
+
+        Raises:
+            TraceError: A part is damaged.
+        """
+        return results_of_groups(self) if self._groups is None else list(self._groups)
 
     def table(self, name: Table) -> Any:
         """All rows of a table as a `pyarrow.Table`; see `colonysim.trace.schema.TABLES` for the columns.

@@ -16,21 +16,25 @@ __all__ = ["Neighbourhoods", "neighbourhoods"]
 ROOM = 1 << 24
 """If all neighbourhoods have more nodes than this together (64 MB), they are not stored but computed when needed."""
 
-_KNOWN: WeakKeyDictionary[Topology, Neighbourhoods] = WeakKeyDictionary()
-"""For each topology the index that was made last."""
+_KNOWN: WeakKeyDictionary[Topology, dict[float, Neighbourhoods]] = WeakKeyDictionary()
+"""For each topology, by radius, the few indices that were made last."""
+MOST = 4
+"""No more are kept for a topology."""
 
 
 def neighbourhoods(topology: Topology, radius: float) -> Neighbourhoods:
-    """The neighbourhood index of a topology; the same object until another radius is asked for.
+    """The neighbourhood index of a topology; the same object until some other radii have been asked for.
 
     Args:
         topology: The place.
         radius: The radius, graph units.
     """
-    known = _KNOWN.get(topology)
-    if known is None or known.radius != radius:
-        known = _KNOWN[topology] = Neighbourhoods(topology, radius)
-    return known
+    known = _KNOWN.setdefault(topology, {})
+    found = known.pop(radius, None)
+    known[radius] = found = Neighbourhoods(topology, radius) if found is None else found
+    if len(known) > MOST:
+        del known[next(iter(known))]
+    return found
 
 
 class Neighbourhoods:

@@ -14,6 +14,7 @@ cdef class World:
     cdef public double now
     cdef readonly int goal
     cdef Visibility _visibility
+    cdef list _sights
     cdef int _requests
     cdef int[::1] _requests_near
 
@@ -51,6 +52,8 @@ cdef class World:
     @cython.locals(occupant=int)
     cpdef bint occupied_by_another(self, int agent, int node) except? -1
     cpdef Visibility visibility(self)
+    @cython.locals(found=Visibility)
+    cpdef Visibility visibility_of(self, int agent)
     cpdef list boxes_near(self, int node)
     cpdef tuple holes_near(self, int node)
     @cython.locals(terrain=Terrain, edge=int)

@@ -98,9 +98,10 @@ class World:
     """
 
     __slots__ = (
-        "_requests", "_requests_near", "_visibility", "agent_box", "agent_from", "agent_node", "agent_status",
-        "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder", "floor",
-        "goal", "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario", "stacks",
+        "_requests", "_requests_near", "_sights", "_visibility", "agent_box", "agent_from", "agent_node",
+        "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder",
+        "floor", "goal", "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario",
+        "stacks",
         "surface", "terrain", "top", "topology",
     )  # fmt: skip
 
@@ -117,6 +118,9 @@ class World:
         self.surface = array("d", scenario.topology.z)
         self.terrain = Terrain(scenario, self.surface)
         self._visibility: Visibility | None = None
+        self._sights: list[Visibility | None] | None = None  # of each agent, if their radii differ
+        if any(group.detection_radius != scenario.detection_radius for group in scenario.groups):
+            self._sights = [None] * len(scenario.agents)
         boxes, agents = len(scenario.boxes), len(scenario.agents)
         self.top, self.occupant, self.node_holder = (array("i", [-1]) * size for _ in range(3))
         self.box_node, self.box_base = array("i", [-1]) * boxes, array("d", [0.0]) * boxes
@@ -426,11 +430,34 @@ class World:
         return occupant != -1 and occupant != agent
 
     def visibility(self) -> Visibility:
-        """The index of what is visible from each node; made when first asked for."""
+        """The index of what is visible from each node within the scenario's R; made when first asked for."""
         if self._visibility is None:
             self._visibility = Visibility(self.scenario)
             self._visibility.bind(self)
         return self._visibility
+
+    def visibility_of(self, agent: int) -> Visibility:
+        """`visibility` within the R of an agent (-1: the scenario's); agents with the same R share one."""
+        if self._sights is None or agent < 0:
+            return self.visibility()
+        found = self._sights[agent]
+        return self._make_sight(agent) if found is None else found
+
+    def _make_sight(self, agent: int) -> Visibility:
+        """Makes what agents with the R of `agent` see, and gives it to all of them."""
+        assert self._sights is not None
+        radii = [self.scenario.detection_radius] * len(self._sights)
+        for group in self.scenario.groups:
+            for member in group.agents:
+                radii[member] = group.detection_radius
+        made = self.visibility()
+        if radii[agent] != self.scenario.detection_radius:
+            made = Visibility(self.scenario, radii[agent])
+            made.bind(self)
+        for other, radius in enumerate(radii):
+            if radius == radii[agent]:
+                self._sights[other] = made
+        return made
 
     def _check(self, node: int) -> None:
         if not 0 <= node < len(self.top):

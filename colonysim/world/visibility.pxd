@@ -11,7 +11,8 @@ cdef class Visibility:
     cdef int size, centre, at, within, watch, waiting
     cdef Neighbourhoods neighbourhoods
     cdef long long look, search
-    cdef double shortest
+    cdef double shortest, own_shortest, guide
+    cdef double[::1] own_lengths
     cdef Terrain terrain
     cdef double[::1] lengths, rises, surface, box_base, far, stand, heap_far
     cdef int[::1] first, ends, near, scratch, found, via, heap_node, left, right, top, box_node, hole_at
@@ -22,6 +23,7 @@ cdef class Visibility:
     cdef list box_claim
     cdef dict stacks
 
+    cdef void measure_truly(self)
     @cython.locals(look="long long", k=int, edge=int)
     cdef void look_from(self, int node) noexcept
     cdef void gather(self, int node) noexcept
@@ -47,10 +49,10 @@ cdef class Visibility:
         best=double, best_node=int, best_first=int, far=double, i=int, first=int, here=double, there=double, edge=int, j=int, through=double, step=int,
     )
     cpdef (int, int) nearest_box(
-        self, int agent, int node, double level, int shunned, int barred, others=*, bint past=*
+        self, int agent, int node, double level, int shunned, int barred, others=*, bint past=*, bytearray missed=*
     ) except *
     @cython.locals(box=int, claim=int)
-    cdef bint takes(self, int agent, double level, int edge) except? -1
+    cdef bint takes(self, int agent, double level, int edge, bytearray missed) except? -1
     @cython.locals(base=double, edge=int, i=int, here=double, box=int)
     cdef bint graspable(self, int at, int node, double level, bint past) noexcept
     @cython.locals(search="long long", at=int, base=double, far=double, i=int, here=double, edge=int, j=int, through=double)

@@ -36,9 +36,13 @@ class Visibility:
 
     Args:
         scenario: Its topology, detection radius, holes and rules.
+        radius: Another detection radius R, graph units.
 
     Attributes:
         neighbourhoods: For each node the nodes within R.
+        lengths: Length of each edge, graph units; searches go by them.
+        shortest: No edge is shorter.
+        guide: Factor of the straight line in the estimate of A*: what is left of a way is at least so long.
         found: Nodes that `around` has written.
         hole_node: The node of each hole.
         hole_keys: Keys of holes; `find_holes` says where those near a node begin.
@@ -49,12 +53,14 @@ class Visibility:
     holes_first: array[int]
     hole_keys: array[int]
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, radius: float | None = None) -> None:
         topology = scenario.topology
-        size, self.neighbourhoods = len(topology), neighbourhoods(topology, scenario.detection_radius)
-        self.size = size
+        radius = scenario.detection_radius if radius is None else radius
+        size, self.neighbourhoods = len(topology), neighbourhoods(topology, radius)
+        self.size, self.guide = size, SHORT
         self.first, self.ends, self.lengths, _ = topology.edges
         self.shortest = min(topology.edges.lengths, default=0.0)
+        self.own_lengths, self.own_shortest = self.lengths, self.shortest
         # At most so many nodes are visible from a node; no way and no queue of a search is longer.
         most = self.neighbourhoods.most + topology.most_neighbours
         # The nodes within R of `centre` are `near[at]` to `near[at + within - 1]`. All that are visible from `watch`
@@ -82,6 +88,10 @@ class Visibility:
         self.rises = world.terrain.rises
         self.box_node, self.box_base, self.box_claim = world.box_node, world.box_base, world.box_claim
         self.stacks, self.hole_at = world.stacks, world.hole_at
+
+    def measure_truly(self) -> None:
+        """Has searches go by the true lengths again, after others were put in their place."""
+        self.lengths, self.shortest, self.guide = self.own_lengths, self.own_shortest, SHORT
 
     # -- what is near ----------------------------------------------------------------------------------------------
 
@@ -234,6 +244,7 @@ class Visibility:
         barred: int,
         others: Collection[int] = (),
         past: bool = False,
+        missed: bytearray | None = None,
     ) -> tuple[int, int]:
         """The closest box by path that an agent at height `level` on `node` could hold (paper Algorithm 4).
 
@@ -248,6 +259,7 @@ class Visibility:
             barred: A node that no way may lead over, or -1.
             others: More boxes to leave out.
             past: Whether ways may lead over the nodes of boxes that the agent could take hold of.
+            missed: For each box 1 if the agent does not see it; None if it sees all.
 
         Returns:
             The box and the first node on the way to it, which is the box's own if it is adjacent or underfoot; or
@@ -259,7 +271,7 @@ class Visibility:
         for k in range(self.at, self.at + self.within):
             at = self.near[k]
             box = self.top[at]
-            if box >= 0 and box != shunned:
+            if box >= 0 and box != shunned and (missed is None or not missed[box]):
                 claim = self.box_claim[box]
                 if (claim == -1 or claim == agent) and (at == node or self.graspable(at, node, level, past)):
                     self.wanted[at] = search
@@ -309,7 +321,7 @@ class Visibility:
                     continue  # it is known to be no farther by another way
                 there = self.surface[j]
                 if not self.terrain.leads(here, edge):
-                    if not past or not self.takes(agent, here, edge):
+                    if not past or not self.takes(agent, here, edge, missed):
                         continue
                     there = self.box_base[self.top[j]]
                 self.far[j], self.via[j], self.reached[j], self.stand[j] = through, step, search, there
@@ -318,10 +330,10 @@ class Visibility:
                     tail = tail + 1 if tail + 1 < room else 0
         return (-1 if best_node < 0 else self.top[best_node]), best_first
 
-    def takes(self, agent: int, level: float, edge: int) -> bool:
+    def takes(self, agent: int, level: float, edge: int, missed: bytearray | None) -> bool:
         """Whether an agent at height `level` could take hold of the topmost box at the end of an edge."""
         box = self.top[self.ends[edge]]
-        if box < 0:
+        if box < 0 or (missed is not None and missed[box]):
             return False
         claim = self.box_claim[box]
         if claim != -1 and claim != agent:
@@ -426,7 +438,7 @@ class Visibility:
         dx = abs(self.neighbourhoods.x[i] - self.neighbourhoods.x[j])
         dy = abs(self.neighbourhoods.y[i] - self.neighbourhoods.y[j])
         most, both = max(dx, dy), DIAGONAL * (dx + dy)
-        return SHORT * max(most, both)
+        return self.guide * max(most, both)
 
     def start(self, node: int, ahead: float) -> int:
         """Begins a search at a node; returns the search's sequence number."""

@@ -1,0 +1,153 @@
+"""Groups of agents that differ, and the faults of a colony: what a scenario says of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from colonysim.suggest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping, Sequence
+
+    from colonysim.scenario.format import FaultsSection, ScenarioFile
+    from colonysim.scenario.places import Places
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = ["Faults", "Group", "faults_of", "groups_of", "refuse_speeds", "refuse_unknown_fields"]
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Agents that have something in common in which they may differ from others.
+
+    Attributes:
+        name: Short name, shown in reports.
+        agents: Which agents they are: groups are numbered one after another.
+        detection_radius: R of these agents, graph units.
+        speed: How many times as fast as the scenario's `timing` says they move, on backends without a clock.
+        pushes: Whether they take hold of boxes and push them.
+        ignores: Names of the fields that they do not read: they see nodes as if nobody had ever marked them.
+        policy: Name of their own policy, or "package.module:Name"; None for the scenario's.
+        parameters: Parameters of their policy that differ from the scenario's; all of them if `policy` is another one.
+    """
+
+    name: str
+    agents: range
+    detection_radius: float
+    speed: float = 1.0
+    pushes: bool = True
+    ignores: tuple[str, ...] = ()
+    policy: str | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """How often what goes wrong, and a seed for it.
+
+    Attributes:
+        seed: Together with the run's seed it makes the random streams of the faults.
+        move_fails: Chance that a move fails: its time passes, and nothing has moved.
+        box_missed: Chance, at each look, that an agent does not see a box within R.
+        node_misplaced: Standard deviation, along x and along y, of where nodes seem to lie at each look, graph units.
+        mark_lost: Chance that an agent that is to leave marks of a field leaves none.
+        mark_noise: Relative standard deviation of a field's value as an agent reads it, one error for each look.
+        stop_every: Mean simulated seconds from the end of an agent's stop to its next one; 0 for no stops.
+        stop_seconds: How long each stop is, simulated seconds.
+    """
+
+    seed: int = 0
+    move_fails: float = 0.0
+    box_missed: float = 0.0
+    node_misplaced: float = 0.0
+    mark_lost: float = 0.0
+    mark_noise: float = 0.0
+    stop_every: float = 0.0
+    stop_seconds: float = 0.0
+
+    @property
+    def of_sensors(self) -> bool:
+        """Whether what agents see or read may be wrong."""
+        return self.box_missed > 0.0 or self.node_misplaced > 0.0 or self.mark_noise > 0.0
+
+    @property
+    def of_acts(self) -> bool:
+        """Whether what agents do may go wrong."""
+        return self.move_fails > 0.0 or self.mark_lost > 0.0 or self.stop_every > 0.0
+
+
+def groups_of(file: ScenarioFile, counts: Sequence[int], main: str, places: Places) -> tuple[Group, ...]:
+    """The groups that a scenario's file speaks of.
+
+    Args:
+        file: The file.
+        counts: How many agents each has.
+        main: Name of the scenario's policy.
+        places: Where that stands.
+
+    Raises:
+        ScenarioError: Two have one name.
+    """
+    found: list[Group] = []
+    first = 0
+    for n, (section, count) in enumerate(zip(file.groups or (), counts, strict=True)):
+        same = [m for m, group in enumerate(found) if group.name == section.name]
+        if same:
+            raise places.fault(f"groups.{n}.name", f"groups.{same[0]} is called {section.name!r} too")
+        own = section.own_policy()
+        name, parameters = (None, {}) if own is None else (own.name, dict(own.model_extra or {}))
+        found.append(
+            Group(
+                section.name,
+                range(first, first + count),
+                float(file.detection_radius if section.detection_radius is None else section.detection_radius),
+                float(section.speed),
+                section.pushes,
+                tuple(section.ignores),
+                None if name == main else name,
+                parameters,
+            )
+        )
+        first += count
+    return tuple(found)
+
+
+def faults_of(section: FaultsSection | None) -> Faults | None:
+    """The faults that a scenario's file speaks of; None if nothing ever goes wrong."""
+    if section is None:
+        return None
+    stops = section.stops
+    found = Faults(
+        section.seed, float(section.move_fails), float(section.box_missed), float(section.node_misplaced),
+        float(section.mark_lost), float(section.mark_noise), float(stops.every) if stops else 0.0,
+        float(stops.seconds) if stops else 0.0,
+    )  # fmt: skip
+    return found if found.of_sensors or found.of_acts else None
+
+
+def refuse_speeds(scenario: Scenario) -> None:
+    """Refuses groups that are faster or slower than others, for backends on which all robots are alike.
+
+    Raises:
+        ScenarioError: There is one.
+    """
+    for n, group in enumerate(scenario.groups):
+        if group.speed != 1.0:
+            raise scenario.fault(
+                f"groups.{n}.speed",
+                f"{group.speed:g} is for backends without a clock of their own, such as the node world: on this one"
+                " all robots are alike, `physics.robot` says how fast they are; expected 1",
+            )
+
+
+def refuse_unknown_fields(scenario: Scenario, known: Collection[str]) -> None:
+    """Refuses groups that ignore a field which is not among those that are known by name.
+
+    Raises:
+        ScenarioError: There is one.
+    """
+    for n, group in enumerate(scenario.groups):
+        for m, name in enumerate(group.ignores):
+            if name not in known:
+                raise scenario.fault(f"groups.{n}.ignores.{m}", f"no field {name!r}; {nearest(name, known)}")
