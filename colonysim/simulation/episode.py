@@ -208,7 +208,7 @@ class Episode:
             "finished": sorted(self.finished), "short": sorted(self.short), "turns": [list(turn) for turn in self.turns],
             "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
             "refused": [move_state(view.refused) for view in views],
-            "alarms": array("d", [alarm.due for alarm in alarms]),
+            "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
             "orders": array("d", [alarm.order for alarm in alarms]),
             "tick": [self.ticker.due, self.ticker.order],
             "timers": self.timers.state(), "clock": self.clock.state(), "waiting": self.waiting.state(),
