@@ -20,6 +20,7 @@ from colonysim.cli import (
     report,
     reproduce,
     results,
+    resume,
     run,
     scenarios,
     schema,
@@ -112,7 +113,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare,
+    run, resume, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare,
     tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]

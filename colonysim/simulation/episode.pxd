@@ -42,9 +42,9 @@ cdef class Episode:
     cdef public Waiting waiting
     cdef public list memories, views, random, processes, marks, outcomes, turns
     cdef public set finished, short
-    cdef public long long number, acting, armed, timed, max_steps, stepped
+    cdef public long long number, acting, armed, timed, max_steps, stepped, pause_at, slice
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
-    cdef public bint stuck, over, synchronous, clocked
+    cdef public bint stuck, over, synchronous, clocked, paused
     cdef public int goal
     cdef readonly unsigned char[::1] doing, expires
     cdef readonly int[::1] asks, target, box, hole, ends_at, short_waits, spins

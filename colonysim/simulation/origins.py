@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.simulation.saving import Saved
 
-__all__ = ["backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others", "scenario_of"]
+__all__ = ["Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others", "scenario_of"]
 
 
 def origin_of(

@@ -24,7 +24,7 @@ from colonysim.trace.schema import VERSION
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["MANIFEST", "begin_manifest", "is_run", "prepare_directory", "read_manifest", "write_manifest"]
+__all__ = ["MANIFEST", "begin_manifest", "is_run", "now", "prepare_directory", "read_manifest", "write_manifest"]
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
@@ -56,7 +56,8 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else shown(value)
 
 
-def _now() -> str:
+def now() -> str:
+    """The time of day, as manifests write it."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
@@ -87,7 +88,7 @@ def begin_manifest(
         "episodes": episodes,
         "seed": seed,
         "options": _plain(options or {}),
-        "started": _now(),
+        "started": now(),
         "finished": None,
         "rows": {},
         "trace_sha256": None,
@@ -111,7 +112,7 @@ def begin_manifest(
 
 def finish_manifest(manifest: dict[str, Any], status: str, rows: Mapping[str, int], digest: str) -> None:
     """Writes down how the run ended; the caller stores the manifest."""
-    manifest.update(status=status, finished=_now(), rows=dict(rows), trace_sha256=digest)
+    manifest.update(status=status, finished=now(), rows=dict(rows), trace_sha256=digest)
 
 
 def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
