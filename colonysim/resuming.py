@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim import __version__
 from colonysim.arguments import real
 from colonysim.engines import PACKAGES
 from colonysim.errors import ColonysimError, TraceError
@@ -18,12 +17,12 @@ from colonysim.simulation.keeping import loaded
 from colonysim.simulation.origins import known, refuse_code_of_others
 from colonysim.simulation.saving import read_saved
 from colonysim.trace.kept import dropped_in
-from colonysim.trace.manifest import now, read_manifest, write_manifest
+from colonysim.trace.manifest import now, read_manifest, versions, write_manifest
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from colonysim.simulation.saving import Saved
     from colonysim.trace.schema import Event, Tap
 
-__all__ = ["resume"]
+__all__ = ["anew", "refuse_other_versions", "resume"]
 
 
 def resume(
@@ -83,11 +82,12 @@ def resume(
         source = directory / CHECKPOINT
         saved = read_saved(source) if source.exists() else None
         if saved is not None:
+            refuse_other_versions(manifest, directory)
             _check_fits(saved, manifest, source)
         before = dict(manifest)
         if checkpoint_every is None:
             checkpoint_every = manifest["options"].get("checkpoint_every")
-        manifest.update(status="running", finished=None, rows={}, trace_sha256=None)
+        manifest.update(status="running", finished=None, rows={}, trace_sha256=None, versions=versions())
         manifest["resumed"] = [*manifest.get("resumed", []), {"at": now(), "from": None if saved is None else CHECKPOINT}]
         run = Run(directory, manifest)
         scenario = run.scenario
@@ -97,7 +97,7 @@ def resume(
             decisions = "decisions" in manifest["recorded"]["tables"]
             try:
                 if saved is None:
-                    colony = _anew(manifest, scenario, policy, backend, writer, kinds, decisions)
+                    colony = anew(manifest, scenario, policy, backend, writer, kinds, decisions=decisions)
                 else:
                     colony = loaded(
                         Colony, source, saved, policy=policy, backend=backend, sink=writer, decisions=decisions,
@@ -130,9 +130,22 @@ def _check(manifest: dict[str, Any], directory: Path) -> None:
         raise TraceError(f"{directory}: a run of single pushes, which cannot be gone on with")
     if "recorded" not in manifest:
         raise TraceError(f"{directory}: does not say what was recorded; a run of an early version, run it again")
-    before = manifest["versions"].get("colonysim")
-    if before != __version__:
-        raise TraceError(f"{directory}: recorded by colonysim {before}, and this is {__version__}: go on with that one")
+
+
+def refuse_other_versions(manifest: Mapping[str, Any], path: Path) -> None:
+    """Refuses what was recorded by another version of the package or of the engine: it would not go on the same.
+
+    Raises:
+        TraceError: It was.
+    """
+    engine = PACKAGES.get(manifest["backend"])
+    here = versions()
+    for package in ("colonysim", *(engine.packages if engine else ())):
+        before = manifest["versions"].get(package)
+        if before is not None and package in here and before != here[package]:
+            raise TraceError(
+                f"{path}: recorded with {package} {before}, and here is {here[package]}: go on with that one"
+            )
 
 
 def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
@@ -142,28 +155,32 @@ def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
     ours = saved.extra.get("started") == manifest["started"] and saved.digest == manifest.get("scenario_sha256")
     if not (counted and ours):
         raise TraceError(f"{path}: is no checkpoint of this run")
-    engine = PACKAGES.get(manifest["backend"])
-    for package in engine.packages if engine else ():
-        from importlib.metadata import PackageNotFoundError, version
-
-        try:
-            found = version(package)
-        except PackageNotFoundError:
-            continue
-        if (before := manifest["versions"].get(package)) not in (None, found):
-            raise TraceError(f"{path}: recorded with {package} {before}, and here is {found}: go on with that one")
 
 
-def _anew(
-    manifest: dict[str, Any],
+def anew(
+    manifest: Mapping[str, Any],
     scenario: Scenario,
     policy: str | Policy | Callable[[Scenario], Policy] | None,
     backend: str | Backend | None,
-    writer: TraceWriter,
+    writer: TraceWriter | None,
     kinds: tuple[str, ...] | None,
+    *,
     decisions: bool,
 ) -> Colony:
-    """The colony of a run without a checkpoint, from its beginning."""
+    """The colony of a run, from its beginning.
+
+    Args:
+        manifest: What was run.
+        scenario: Its scenario.
+        policy: The policy, if it is code of others.
+        backend: The backend, if it is code of others.
+        writer: Takes its rows.
+        kinds: Kinds of the events to hand out.
+        decisions: Whether there are rows of decisions.
+
+    Raises:
+        ColonysimError: It needs code of others that is not given.
+    """
     refuse_code_of_others(scenario, "them with a run of your own")
     options = dict(manifest["options"].get("backend") or {})
     if backend is None:

@@ -15,6 +15,7 @@ from colonysim.cli import (
     compare,
     evaluate,
     export,
+    fork,
     new,
     plot,
     report,
@@ -113,7 +114,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, resume, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare,
+    run, resume, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare, fork,
     tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]

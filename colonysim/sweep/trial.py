@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario
+from colonysim.simulation import Colony
+from colonysim.simulation.keeping import diverge, loaded
+from colonysim.simulation.saving import read_saved
 from colonysim.sweep.plan import found
+from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from colonysim.provenance import Sources
     from colonysim.scenario.scenario import Scenario
     from colonysim.sweep.plan import Trial
+    from colonysim.trace.schema import EpisodeResult
 
-__all__ = ["run_trial"]
+__all__ = ["STATE", "run_trial"]
+
+STATE = "state.npz"
+"""The saved colony at which the trials of a directory begin, if they are futures of a run."""
 
 
 def run_trial(trial: Trial) -> dict[str, Any]:
@@ -29,6 +40,8 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         `trace_sha256` and `episodes`: for each its number, steps, success, ended, sim_seconds and seated. If scenario
         or code are no longer those that the trial was planned with, nothing is run, and `changed` names them.
     """
+    if trial.start:
+        return _future(trial)
     scenario = _loaded(trial.scenario, trial.folder, trial.variant, json.dumps(trial.parameters))
     if changed := _changed(trial, scenario):
         return {"changed": changed}
@@ -38,10 +51,26 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     )  # fmt: skip
     return {
         "trace_sha256": recorded.trace_sha256,
-        "episodes": [
-            [e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes
-        ],
+        "episodes": _rows(recorded.episodes),
     }
+
+
+def _future(trial: Trial) -> dict[str, Any]:
+    """Plays a trial that begins at a saved moment."""
+    path = Path(trial.folder) / STATE
+    saved = replace(read_saved(path), episodes=trial.episodes or 0)
+    if saved.extra != trial.start:
+        raise ColonysimError(f"{path}: is the colony of another moment")
+    writer = TraceWriter(None, {})
+    with writer, loaded(Colony, path, saved, **trial.given, sink=writer, kinds=("episode",)) as colony:
+        diverge(colony, trial.seed, trial.parameters)
+        for _ in colony:
+            pass
+    return {"trace_sha256": writer.manifest["trace_sha256"], "episodes": _rows(writer.results)}
+
+
+def _rows(episodes: Iterable[EpisodeResult]) -> list[list[Any]]:
+    return [[e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in episodes]
 
 
 def _changed(trial: Trial, scenario: Scenario) -> str:

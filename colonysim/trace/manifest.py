@@ -24,7 +24,7 @@ from colonysim.trace.schema import VERSION
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["MANIFEST", "begin_manifest", "is_run", "now", "prepare_directory", "read_manifest", "write_manifest"]
+__all__ = ["MANIFEST", "begin_manifest", "is_run", "now", "prepare_directory", "read_manifest", "versions", "write_manifest"]
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
@@ -34,7 +34,8 @@ _ENGINE_PACKAGES = tuple(package for engine in PACKAGES.values() for package in 
 _PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", *_ENGINE_PACKAGES, "torch")
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Those of the interpreter and of the packages that a run may depend on, as far as they are installed."""
     found = {"python": platform.python_version(), "build": build()}
     for package in _PACKAGES:
         try:
@@ -92,7 +93,7 @@ def begin_manifest(
         "finished": None,
         "rows": {},
         "trace_sha256": None,
-        "versions": _versions(),
+        "versions": versions(),
         "platform": {
             "system": platform.system(),
             "machine": platform.machine(),
