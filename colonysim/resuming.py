@@ -88,7 +88,8 @@ def resume(
         if checkpoint_every is None:
             checkpoint_every = manifest["options"].get("checkpoint_every")
         manifest.update(status="running", finished=None, rows={}, trace_sha256=None, versions=versions())
-        manifest["resumed"] = [*manifest.get("resumed", []), {"at": now(), "from": None if saved is None else CHECKPOINT}]
+        again = {"at": now(), "from": None if saved is None else CHECKPOINT}
+        manifest["resumed"] = [*manifest.get("resumed", []), again]
         run = Run(directory, manifest)
         scenario = run.scenario
         kept: dict[str, int] = {} if saved is None else dict(saved.extra["rows"])

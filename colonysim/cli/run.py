@@ -195,9 +195,10 @@ def command(
                     say(f"The page shows no pheromones: {why}")
 
         def told() -> str:
-            where = f" The run so far is in {shown_path(begun[0].path)}" if begun and begun[0].path else ""
-            if where and every is not None:
-                where += f"; `colonysim resume {shown_path(begun[0].path)}` goes on with it"
+            path = shown_path(begun[0].path) if begun and begun[0].path else ""
+            where = f" The run so far is in {path}" if path else ""
+            if path and every is not None:
+                where += f"; `colonysim resume {path}` goes on with it"
             return f"Interrupted after {len(begun[0].episodes) if begun else 0} of {count} episodes.{where}"
 
         with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:

@@ -470,8 +470,8 @@ class Colony:
             kinds: As for a new colony.
 
         Raises:
-            ColonysimError: The file is none of a saved colony, damaged, of another version, or does not fit what else is
-                given.
+            ColonysimError: The file is none of a saved colony, damaged, of another version, or does not fit what else
+                is given.
         """
         return loaded(
             cls, Path(path), read_saved(Path(path)), scenario=scenario, backend=backend,

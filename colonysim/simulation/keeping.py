@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from colonysim import __version__
 from colonysim.errors import ColonysimError, PluginError, ScenarioError
-from colonysim.files import found_at
 from colonysim.plugins import make_policy
 from colonysim.randomness import Streams
 from colonysim.simulation.foreign import checked_fields, checked_policy
@@ -218,10 +217,11 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
     Raises:
         ColonysimError: A field cannot change under way.
     """
+    now: dict[str, Any] = {}
     if settings:
         scenario = changed(colony.scenario, settings)
         _adopt(colony, scenario)
-        settings = {path: found_at(scenario.document, path) for path in scenario.overrides}
+        now = scenario.settings
     if seed is not None:
         colony._streams = Streams(seed, "fork/")
         if colony._running:
@@ -229,7 +229,7 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
             colony._episode.reseed(own)
             colony._body.reseed(own)  # type: ignore[attr-defined]
     if colony._running and (seed is not None or settings):
-        change = {"steps": colony._episode.stepped, "seed": seed, "settings": dict(settings or {})}
+        change = {"steps": colony._episode.stepped, "seed": seed, "settings": now}
         colony._course.changes.append(change)
 
 

@@ -16,6 +16,7 @@ from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded, saved_of
 from colonysim.simulation.saving import read_saved, write_saved
 from colonysim.simulation.settings import changed
+from colonysim.states import Stored
 from colonysim.sweep.plan import Limits, Sweep, Trial, identity
 from colonysim.sweep.running import run_planned
 from colonysim.sweep.store import Store
@@ -149,7 +150,9 @@ def _on_the_way(run: Run, episode: int, at: float, policy: str | None, backend: 
     source = run.path / CHECKPOINT
     if source.exists():
         saved = read_saved(source)
-        if saved.digest == run.scenario.digest and saved.extra.get("started") == run.manifest["started"]:
-            if (saved.state["number"], saved.state["world"]["now"]) <= (episode, at) and saved.state["running"]:
-                return loaded(Colony, source, saved, policy=policy, backend=backend)
+        told = Stored(saved.state, str(source))
+        moment = told.whole("number"), told.part("world").real("now")
+        ours = saved.digest == run.scenario.digest and saved.extra.get("started") == run.manifest["started"]
+        if ours and told.flag("running") and moment <= (episode, at):
+            return loaded(Colony, source, saved, policy=policy, backend=backend)
     return anew(run.manifest, run.scenario, policy, backend, None, None, decisions=False)

@@ -160,7 +160,7 @@ class Trial:
     identity: str = field(default="", compare=False)
     called: Mapping[str, str] = field(default_factory=dict, compare=False)
     start: Mapping[str, Any] = field(default_factory=dict)
-    given: Mapping[str, str] = field(default_factory=dict)
+    given: Mapping[str, str | None] = field(default_factory=dict)
 
     def asked(self) -> str:
         """Hash of what was asked, whatever the scenario's content and the code are."""

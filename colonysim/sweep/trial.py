@@ -62,7 +62,10 @@ def _future(trial: Trial) -> dict[str, Any]:
     if saved.extra != trial.start:
         raise ColonysimError(f"{path}: is the colony of another moment")
     writer = TraceWriter(None, {})
-    with writer, loaded(Colony, path, saved, **trial.given, sink=writer, kinds=("episode",)) as colony:
+    mind, mover = trial.given.get("policy"), trial.given.get("backend")
+    with writer, loaded(
+        Colony, path, saved, policy=mind, backend=mover, sink=writer, kinds=("episode",)
+    ) as colony:  # fmt: skip
         diverge(colony, trial.seed, trial.parameters)
         for _ in colony:
             pass

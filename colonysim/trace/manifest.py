@@ -24,7 +24,9 @@ from colonysim.trace.schema import VERSION
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["MANIFEST", "begin_manifest", "is_run", "now", "prepare_directory", "read_manifest", "versions", "write_manifest"]
+__all__ = [
+    "MANIFEST", "begin_manifest", "is_run", "now", "prepare_directory", "read_manifest", "versions", "write_manifest",
+]  # fmt: skip
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"

@@ -288,11 +288,13 @@ class Rows:
             if not isinstance(event, list) or len(event) != len(kinds):
                 raise told.fault("events", event, f"{len(kinds)} values for each event")
             each = Stored(dict(zip(Event._fields, event, strict=True)), "an event")
-            read = {"int": each.whole, "float": each.real, "text": each.text}
-            bounds = {"int": (-1,), "float": (0.0,), "text": ()}
-            events.append(
-                Event._make(read[kind](name, *bounds[kind]) for name, kind in zip(Event._fields, kinds, strict=True))
-            )
+            values: list[Any] = []
+            for name, kind in zip(Event._fields, kinds, strict=True):
+                if kind == "text":
+                    values.append(each.text(name))
+                else:
+                    values.append(each.whole(name, -1) if kind == "int" else each.real(name, 0.0))
+            events.append(Event._make(values))
         self.events[:] = [event for event in events if self._heard(event.kind)]
 
     def close(self, fields: Mapping[str, Field], result: EpisodeResult) -> None:

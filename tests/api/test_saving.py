@@ -9,7 +9,7 @@ import zipfile
 from array import array
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -273,7 +273,7 @@ class Counting(Uniform):
     """Remembers whatever it is told to."""
 
     name = "counting"
-    remembers: Any = {"seen": {3: (1, 2.5)}, "some": array("d", [1.0]), "numbers": np.arange(3), "bytes": b"x"}
+    remembers: ClassVar[Any] = {"seen": {3: (1, 2.5)}, "some": array("d", [1.0]), "numbers": np.arange(3), "bytes": b"x"}
 
     def begin(self, agent: int, memory: Any) -> Any:
         return memory or (0, self.remembers)
@@ -418,13 +418,13 @@ def test_a_replay_that_comes_elsewhere_is_refused(tmp_path: Path) -> None:
 
 def test_code_of_others_is_not_imported_by_a_file(tmp_path: Path) -> None:
     for asked, words in (
-        ({"policy": "colonysim.policies.uniform:Uniform"}, "its policy 'colonysim.policies.uniform:Uniform' is code of"),
+        ({"policy": "colonysim.policies.uniform:Uniform"}, "its policy 'colonysim.policies.uniform:Uniform' is code"),
         ({"backend": "colonysim.backends.nodeworld:NodeWorld"}, "its backend 'colonysim.backends.nodeworld:NodeWorld'"),
     ):
         colony = Colony("hard", seed=1, **asked)  # type: ignore[arg-type]
         colony.run_until(time=5.0)
         colony.save(tmp_path / "saved.npz")
-        with pytest.raises(ColonysimError, match=f"saved.npz: {words}"):
+        with pytest.raises(ColonysimError, match=rf"saved\.npz: {words}"):
             Colony.load(tmp_path / "saved.npz")
         assert events(Colony.load(tmp_path / "saved.npz", **asked)) == events(colony)  # type: ignore[arg-type]
 
@@ -467,11 +467,11 @@ def test_what_is_no_saved_colony(sound: Path, tmp_path: Path) -> None:
     path = tmp_path / "wrong.npz"
     for content in (b"", b"PK", b"x" * 1000, sound.read_bytes()[:-100], sound.read_bytes()[:200]):
         path.write_bytes(content)
-        with pytest.raises(ColonysimError, match="wrong.npz"):
+        with pytest.raises(ColonysimError, match=r"wrong\.npz"):
             Colony.load(path)
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("other.json", "{}")
-    with pytest.raises(ColonysimError, match="holds no colony.json"):
+    with pytest.raises(ColonysimError, match=r"holds no colony\.json"):
         Colony.load(path)
     with pytest.raises(ColonysimError, match="no such file"):
         Colony.load(tmp_path / "absent.npz")
@@ -514,7 +514,7 @@ def test_arrays_are_what_they_say(sound: Path, tmp_path: Path) -> None:
     np.lib.format.write_array(pickled, np.array([print], dtype=object), allow_pickle=True)
     for content in (huge, pickled.getvalue(), b"no array", npy(np.zeros(4)), npy(np.zeros((2, 2), "<i4"))):
         path = rewritten(sound, tmp_path / "wrong.npz", lambda text, parts, c=content: parts.update({name: c}))
-        with pytest.raises(ColonysimError, match="wrong.npz"):
+        with pytest.raises(ColonysimError, match=r"wrong\.npz"):
             Colony.load(path)
     path = rewritten(sound, tmp_path / "wrong.npz", lambda text, parts: parts.pop(name))
     with pytest.raises(ColonysimError, match="damaged"):

@@ -30,8 +30,8 @@ LONG = ["hard", "--episodes", "25", "--seed", "3", "--quiet"]
 
 def command(*words: object) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "colonysim", *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        [sys.executable, "-m", "colonysim", *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     )  # fmt: skip
 
 
@@ -125,14 +125,16 @@ def test_one_that_failed_goes_on_from_python(tmp_path: Path) -> None:
     assert Run.open(tmp_path / "run").status == "failed" and (tmp_path / "run" / CHECKPOINT).exists()
     events: list[Any] = []
     run = colonysim.resume(tmp_path / "run", on_event=lambda event, run: events.append(event))
-    assert run.trace_sha256 == whole.trace_sha256 and run.verify() and 0 < len(events) < whole.manifest["rows"]["events"]
+    assert run.trace_sha256 == whole.trace_sha256 and run.verify()
+    assert 0 < len(events) < whole.manifest["rows"]["events"]
     assert run.manifest["resumed"][0]["from"] == CHECKPOINT and "resumed" not in whole.manifest
     assert colonysim.resume(tmp_path / "run").manifest == Run.open(tmp_path / "run").manifest, "it is left as it is"
 
 
 def test_one_without_checkpoints_begins_anew(tmp_path: Path) -> None:
-    whole = colonysim.run("hard", out=tmp_path / "whole", seed=2, episodes=3, policy="paper", record="events,last-frames")
-    stopped_at(tmp_path / "run", 200, policy="paper", record="events,last-frames")
+    asked = {"policy": "paper", "record": "events,last-frames"}
+    whole = colonysim.run("hard", out=tmp_path / "whole", seed=2, episodes=3, **asked)  # type: ignore[arg-type]
+    stopped_at(tmp_path / "run", 200, **asked)
     run = colonysim.resume(tmp_path / "run")
     assert run.trace_sha256 == whole.trace_sha256 and run.verify()
 
