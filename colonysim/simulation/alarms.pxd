@@ -1,6 +1,6 @@
 # The types of alarms.py when it is compiled.
 
-cdef double LATEST, LAST, _OFF
+cdef double _OFF
 
 
 cdef class Alarm:

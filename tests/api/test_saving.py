@@ -273,7 +273,7 @@ class Counting(Uniform):
     """Remembers whatever it is told to."""
 
     name = "counting"
-    remembers: ClassVar[Any] = {"seen": {3: (1, 2.5)}, "some": array("d", [1.0]), "numbers": np.arange(3), "bytes": b"x"}
+    remembers: ClassVar[Any] = {"seen": {3: (1, 2.5)}, "some": array("d", [1.0]), "numbers": np.arange(3), "b": b"x"}
 
     def begin(self, agent: int, memory: Any) -> Any:
         return memory or (0, self.remembers)

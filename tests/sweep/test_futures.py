@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,7 @@ def test_a_future_is_what_a_fork_of_the_colony_does(run: Run, tmp_path: Path) ->
 
 def test_from_a_checkpoint_it_is_the_same(run: Run, tmp_path: Path) -> None:
     def stop(event: Any, under_way: Run) -> None:
+        time.sleep(2e-4)
         if event.episode == 2 and event.time > 10.0:
             raise RuntimeError("stop")
 
