@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         TraceError,
     )
     from colonysim.recording import run
+    from colonysim.resuming import resume
     from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
     from colonysim.scenario.scenario import Scenario
     from colonysim.scenario.schema import scenario_schema
@@ -49,6 +50,7 @@ __all__ = [
     "__version__",
     "list_scenarios",
     "load_scenario",
+    "resume",
     "run",
     "scenario_from_document",
     "scenario_schema",
@@ -68,6 +70,7 @@ _PLACES = {
     "TraceError": "errors",
     "list_scenarios": "scenario.loading",
     "load_scenario": "scenario.loading",
+    "resume": "resuming",
     "run": "recording",
     "scenario_from_document": "scenario.loading",
     "scenario_schema": "scenario.schema",

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "LOCK", "alone", "check_writable", "create_file", "found_at", "opened_file", "read_file", "read_json",
-    "replace_file", "replacing",
-    "shown_path",
+    "remove_file", "replace_file", "replacing", "shown_path",
 ]  # fmt: skip
 
 LOCK = ".lock"
@@ -158,6 +157,18 @@ def create_file(path: Path, content: str, error: type[ColonysimError] = Colonysi
         raise
     except (OSError, ValueError) as reason:
         raise _unwritten(path, reason, error) from reason
+
+
+def remove_file(path: Path, error: type[ColonysimError] = ColonysimError) -> None:
+    """Removes a file, if it is there.
+
+    Raises:
+        ColonysimError: It cannot be removed.
+    """
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as reason:
+        raise error(f"{path}: cannot be removed: {_told(reason)}") from reason
 
 
 def _beside(path: Path) -> Path:

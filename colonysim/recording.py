@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import time
 import warnings
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from colonysim.arguments import as_seed, whole
+from colonysim.arguments import as_seed, real, whole
 from colonysim.errors import ColonysimError, TraceError
-from colonysim.files import shown_path
+from colonysim.files import LOCK, alone, remove_file, shown_path
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
@@ -18,21 +19,31 @@ from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import Colony, mode_of
+from colonysim.simulation.keeping import check_savable, saved_of
+from colonysim.simulation.origins import origin_of
+from colonysim.simulation.saving import write_saved
 from colonysim.trace.groups import results_at_end
 from colonysim.trace.kept import Kept, asked_for, by_size
-from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory
+from colonysim.trace.manifest import MANIFEST, begin_manifest, prepare_directory, write_manifest
 from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
     from colonysim.trace.groups import GroupResult
     from colonysim.trace.schema import Event, Frame, Tap
 
-__all__ = ["run"]
+__all__ = ["CHECKPOINT", "play", "recording", "run", "start_with"]
+
+CHECKPOINT = "checkpoint.npz"
+"""The newest saved colony in the directory of a run that is under way, or was stopped."""
+SHORTEST, LONGEST = 0.01, 1e9
+"""Bounds of the time from one checkpoint to the next, seconds of wall clock."""
+STEPS = 100
+"""After so many of SimPy's steps without an event to hand out, it is looked whether a checkpoint is due."""
 
 
 def run(
@@ -55,6 +66,7 @@ def run(
     on_event: Callable[[Event, Run], None] | None = None,
     on_begin: Callable[[Colony], None] | None = None,
     tap: Tap | None = None,
+    checkpoint_every: float | None = None,
 ) -> Run:
     """Runs a colony and records it.
 
@@ -87,6 +99,8 @@ def run(
         on_begin: Called once with the colony before its first episode begins: to have it watched and measured
             (`Colony.on`, `Colony.measure`).
         tap: Is told the rows of all tables while they come.
+        checkpoint_every: Seconds of wall clock after which the colony is saved in the run directory, again and again:
+            should the process be killed, `colonysim.resume` goes on from there. None for never.
 
     Returns:
         The run, finished.
@@ -111,6 +125,10 @@ def run(
         )
     if out is not None and not trace:
         raise ColonysimError(f"{out}: nothing is written there without a trace; leave out either of them")
+    if checkpoint_every is not None:
+        if not trace:
+            raise ColonysimError("checkpoint_every: without a trace there is no directory to go on in")
+        checkpoint_every = real("checkpoint_every", checkpoint_every, SHORTEST, LONGEST)
     if record is not None and decisions is not None:
         raise ColonysimError("record and decisions: both say what is kept; leave out decisions")
     if decisions is not None:
@@ -125,7 +143,7 @@ def run(
     seed = as_seed(seed)
     chosen = make_policy(policy, scenario)
     body = make_backend(backend, backend_options, scenario)
-    start = _pheromones(initial)
+    start = start_with(initial)
     manifest = begin_manifest(
         scenario.name,
         scenario=scenario,
@@ -140,11 +158,11 @@ def run(
             "overrides": scenario.settings,
             "decisions": "decisions" in kept.tables,
             "initial": _shown(initial),
+            **({} if checkpoint_every is None else {"checkpoint_every": checkpoint_every}),
         },
         recorded=kept.document(),
         engine=getattr(body, "engine", None),
     )
-    listens = on_event is not None or on_begin is not None or tap is not None
     directory, made = None, _absent(Path("runs") if out is None else Path(out))
     if trace:
         named = policy if policy is not None else scenario.policy
@@ -152,35 +170,138 @@ def run(
         driven = manifest["backend"] if backend == "physics" else backend
         manifest["sources"] = parts_of(named, driven, scenario.parameters, backend_options, scenario.parts_of_groups)
         directory = prepare_directory(None if out is None else Path(out), manifest)
-    writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
-    groups: list[GroupResult] = []
-    recorded = Run(directory, manifest, writer.results, scenario, groups)
+    origin = origin_of(backend, backend_options, policy)
+
+    def begun(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:
+        return Colony(
+            scenario, backend=body, policy=policy if scenario.groups else chosen, mode=mode, episodes=count, seed=seed,
+            sink=writer, initial=start, decisions="decisions" in kept.tables, kinds=kinds, origin=origin,
+        )  # fmt: skip
+
     try:
-        with writer:
-            if on_start:
-                on_start(recorded)
-            with Colony(
-                scenario, backend=body, policy=policy if scenario.groups else chosen, mode=mode, episodes=count,
-                seed=seed, sink=writer, initial=start, decisions="decisions" in kept.tables,
-                kinds=None if listens else ("episode",),
-            ) as colony:  # fmt: skip
-                if on_begin:
-                    on_begin(colony)
-                for event in colony:
-                    if event.kind == "episode" and scenario.groups:
-                        at_goal = [status == "goal" for status in colony.agents.status]
-                        groups += results_at_end(scenario, event.episode, at_goal, colony.agents.steps.tolist())
-                    if on_event:
-                        on_event(event, recorded)
-                    if tap:
-                        writer.share()
-                if not colony.completed:
-                    raise ColonysimError("the colony was closed before its last episode had ended")
+        with nullcontext() if directory is None else recording(directory):
+            writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
+            groups: list[GroupResult] = []
+            recorded = Run(directory, manifest, writer.results, scenario, groups)
+            play(
+                begun, writer, recorded, groups=groups, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
+                checkpoint_every=checkpoint_every,
+            )  # fmt: skip
     except Exception:
         if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):
             _take_back(directory, [directory, *made] if out is None else made)
         raise
     return recorded
+
+
+@contextmanager
+def recording(directory: Path) -> Iterator[None]:
+    """Holds a run directory, so that nobody else goes on with a run that is under way."""
+    with alone(directory, "is recording this run", TraceError):
+        try:
+            yield
+        finally:
+            with suppress(OSError):  # where a file that is open cannot be removed it stays
+                (directory / LOCK).unlink()
+
+
+def play(
+    make: Callable[[TraceWriter, tuple[str, ...] | None], Colony],
+    writer: TraceWriter,
+    recorded: Run,
+    *,
+    groups: list[GroupResult] | None = None,
+    on_start: Callable[[Run], None] | None,
+    on_event: Callable[[Event, Run], None] | None,
+    on_begin: Callable[[Colony], None] | None,
+    tap: Tap | None,
+    checkpoint_every: float | None,
+) -> None:
+    """Lets a colony go on to its end, and records it.
+
+    Args:
+        make: Makes the colony, of a writer and the kinds of events that are wanted.
+        writer: The writer; it is finished then.
+        recorded: The run.
+        groups: Gets the results of groups; None if they are read from the trace.
+        on_start: As for `run`, as all others.
+        on_event: The same.
+        on_begin: The same.
+        tap: The same.
+        checkpoint_every: The same.
+    """
+    listens = on_event is not None or on_begin is not None or tap is not None
+    with writer:
+        if on_start:
+            on_start(recorded)
+        with make(writer, None if listens else ("episode",)) as colony:
+            if on_begin:
+                on_begin(colony)
+            _note_measures(colony, writer)
+            checkpoints = None if checkpoint_every is None else Checkpoints(colony, writer, checkpoint_every)
+            for event in colony:
+                if groups is not None and event.kind == "episode" and colony.scenario.groups:
+                    at_goal = [status == "goal" for status in colony.agents.status]
+                    groups += results_at_end(colony.scenario, event.episode, at_goal, colony.agents.steps.tolist())
+                if on_event:
+                    on_event(event, recorded)
+                if tap:
+                    writer.share()
+                if checkpoints:
+                    checkpoints.look()
+            if not colony.completed:
+                raise ColonysimError("the colony was closed before its last episode had ended")
+    if writer.directory is not None:
+        remove_file(writer.directory / CHECKPOINT, TraceError)
+
+
+def _note_measures(colony: Colony, writer: TraceWriter) -> None:
+    """Says in the manifest what is measured, for whoever goes on with the run needs the same functions.
+
+    Raises:
+        TraceError: Something was measured before that is not any more, or the other way round.
+    """
+    names, before = colony.measured, writer.manifest.get("measured")
+    if writer.manifest.get("resumed") and names != (before or []):
+        raise TraceError(
+            f"{writer.directory}: this run measured {', '.join(before or []) or 'nothing'}, and is now to measure "
+            f"{', '.join(names) or 'nothing'}; give the functions again: colonysim.resume(..., on_begin=...)"
+        )
+    if names and names != before:
+        writer.manifest["measured"] = names
+        if writer.directory is not None:
+            write_manifest(writer.directory, writer.manifest)
+
+
+class Checkpoints:
+    """Saves a colony in the directory of its run, again and again.
+
+    Args:
+        colony: The colony.
+        writer: What records it.
+        seconds: Of wall clock, from one to the next.
+
+    Raises:
+        ColonysimError: A part of others cannot be saved.
+    """
+
+    def __init__(self, colony: Colony, writer: TraceWriter, seconds: float) -> None:
+        assert writer.directory is not None
+        check_savable(colony)
+        self._colony, self._writer, self._seconds = colony, writer, seconds
+        self._path, self._due = writer.directory / CHECKPOINT, time.monotonic() + seconds
+        colony._pause(self.look, STEPS)
+
+    def look(self) -> None:
+        """Saves the colony, if it is time; to be called between two events."""
+        if time.monotonic() < self._due or self._colony.over:
+            return
+        # Rows first: those that the checkpoint counts are on disk before it is.
+        self._writer.flush()
+        manifest = self._writer.manifest
+        about = {"rows": self._writer.rows, "started": manifest["started"], "versions": manifest["versions"]}
+        write_saved(self._path, saved_of(self._colony, about))
+        self._due = time.monotonic() + self._seconds
 
 
 def _absent(path: Path) -> list[Path]:
@@ -204,7 +325,8 @@ def _shown(initial: Run | str | Path | None) -> str | None:
     return None if path is None else shown_path(path)
 
 
-def _pheromones(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:
+def start_with(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:
+    """The pheromones that a run has left; None without a run."""
     if initial is None:
         return None
     fields: dict[str, list[Frame]] = {}

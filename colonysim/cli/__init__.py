@@ -15,11 +15,13 @@ from colonysim.cli import (
     compare,
     evaluate,
     export,
+    fork,
     new,
     plot,
     report,
     reproduce,
     results,
+    resume,
     run,
     scenarios,
     schema,
@@ -112,8 +114,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results, compare,
-    tune, reproduce, bench,
+    run, resume, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results,
+    compare, fork, tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)

@@ -8,7 +8,7 @@ import typer
 
 from colonysim.errors import ColonysimError
 
-__all__ = ["read_numbers", "read_span"]
+__all__ = ["read_duration", "read_numbers", "read_span"]
 
 
 def read_numbers(text: str) -> tuple[int, ...]:
@@ -25,6 +25,19 @@ def read_numbers(text: str) -> tuple[int, ...]:
             raise typer.BadParameter(f"{text[:40]!r} is no list of numbers; expected one such as 1,3,10 or 1-5")
         numbers.extend(range(first, last + 1))
     return tuple(dict.fromkeys(numbers))
+
+
+def read_duration(option: str, text: str) -> float:
+    """Reads "60s", "1.5m", "2h" or a number of seconds, in seconds.
+
+    Raises:
+        ColonysimError: It is none of them, or no time at all.
+    """
+    match = re.fullmatch(r"\s*([0-9]{1,9}(?:\.[0-9]{1,9})?)\s*([smh]?)\s*", text)
+    seconds = float(match[1]) * {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}[match[2]] if match else 0.0
+    if seconds <= 0.0:
+        raise ColonysimError(f"{option} {text[:40]}: expected a time such as 60s, 5m or 2h")
+    return seconds
 
 
 def read_span(text: str | None) -> tuple[int, int] | None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from colonysim.trace.schema import Event
     from colonysim.view.live import Live
 
-__all__ = ["EXAMPLES", "command"]
+__all__ = ["EXAMPLES", "command", "shown_progress"]
 
 EXAMPLES = """\b
 Examples:
@@ -26,6 +26,7 @@ Examples:
   colonysim run hard --variant r5-6 --seed 7 --episodes 10 --json
   colonysim run my.yaml --policy paper --set policy.beta=2 --set detection_radius=20
   colonysim run hard --record events,frames
+  colonysim run hard --episodes 1000 --checkpoint-every 60s
   colonysim run hard --watch
   colonysim run hard --backend physics --live
   colonysim run hard --backend mujoco --push staged --out runs/physics
@@ -104,6 +105,15 @@ def command(
             show_default="everything; of a large world less",
         ),
     ] = None,
+    checkpoint_every: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Save the colony in the run directory this often, wall clock: 60s, 5m, 2h; `colonysim resume` goes on "
+            "from there.",
+            show_default="never",
+        ),
+    ] = None,
     no_decisions: Annotated[
         bool,
         typer.Option("--no-decisions", help="Deprecated, goes with 0.2: see --record.", hidden=True),
@@ -142,6 +152,7 @@ def command(
     from contextlib import ExitStack
 
     from colonysim.cli.console import on_terminal, print_json, say
+    from colonysim.cli.numbers import read_duration
     from colonysim.cli.stopping import told_when_stopped
     from colonysim.cli.summary import print_results, results
     from colonysim.errors import ColonysimError
@@ -160,6 +171,9 @@ def command(
         raise ColonysimError("--no-trace and --out: the run is either recorded or not")
     if no_decisions and record is not None:
         raise ColonysimError("--no-decisions and --record: both say what is kept; leave out --no-decisions")
+    if checkpoint_every is not None and no_trace:
+        raise ColonysimError("--checkpoint-every and --no-trace: without a trace there is no directory to go on in")
+    every = None if checkpoint_every is None else read_duration("--checkpoint-every", checkpoint_every)
     loaded = load_scenario(scenario, variant, settings)
     refuse_contradictions(loaded, {"--policy": policy, "--mode": mode, "--episodes": episodes})
     count = loaded.episodes if episodes is None else episodes
@@ -181,7 +195,10 @@ def command(
                     say(f"The page shows no pheromones: {why}")
 
         def told() -> str:
-            where = f" The run so far is in {shown_path(begun[0].path)}" if begun and begun[0].path else ""
+            path = shown_path(begun[0].path) if begun and begun[0].path else ""
+            where = f" The run so far is in {path}" if path else ""
+            if path and every is not None:
+                where += f"; `colonysim resume {path}` goes on with it"
             return f"Interrupted after {len(begun[0].episodes) if begun else 0} of {count} episodes.{where}"
 
         with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:
@@ -189,7 +206,7 @@ def command(
             recorded = run(
                 loaded, backend=backend, policy=policy, mode=mode,
                 episodes=count, seed=seed, out=out, trace=not no_trace, record=kept, initial=start,
-                backend_options=options, on_start=starts, on_event=slow, tap=page,
+                backend_options=options, on_start=starts, on_event=slow, tap=page, checkpoint_every=every,
             )  # fmt: skip
         if as_json:
             print_json(results(recorded))
@@ -263,7 +280,7 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
     from colonysim.errors import ColonysimError
 
     if not watch:
-        return _Progress(f"{scenario.name} on {_called(scenario, backend)}", episodes, scenario.max_steps, quiet)
+        return shown_progress(scenario, backend, episodes, quiet)
     from colonysim.cli.console import on_terminal
     from colonysim.cli.watch import Watch
 
@@ -272,6 +289,11 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
     if not on_terminal():
         raise ColonysimError("--watch draws on a terminal, and standard error is none")
     return Watch(scenario, episodes)
+
+
+def shown_progress(scenario: Scenario, backend: str, episodes: int, quiet: bool) -> _Progress:
+    """A bar and a line for each episode."""
+    return _Progress(f"{scenario.name} on {_called(scenario, backend)}", episodes, scenario.max_steps, quiet)
 
 
 def _called(scenario: Scenario, backend: str) -> str:

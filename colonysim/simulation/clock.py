@@ -141,7 +141,10 @@ class Clock(Alarm):
         for each in state.listed("finished"):
             if not isinstance(each, list) or len(each) != 2 or each[0] not in self._pending:
                 raise state.fault("finished", each, "agents that act, and outcomes")
-            finished.append(Finished(each[0], outcome_of(each[1], world, "an action that has ended")))
+            outcome = outcome_of(each[1], world, "an action that has ended")
+            if outcome is None:
+                raise state.fault("finished", outcome, "an outcome")
+            finished.append(Finished(each[0], outcome))
         self._finished, self._phase = finished, state.whole("phase", _IDLE, _TOLD)
         if self._phase != _IDLE:
             self.arm(self._env, 0.0, state.real("due", now, LATEST), ORDER)

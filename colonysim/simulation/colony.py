@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
+    from colonysim.simulation.origins import Origin
     from colonysim.trace.schema import Event, Frame, Measurement, Sink
 
 __all__ = ["Colony"]
@@ -73,6 +74,7 @@ class Colony:
         decisions: Whether the sink also gets the decisions.
         backend_options: Keyword arguments for a backend given by name.
         kinds: Kinds of the events to hand out; None for all. A large world runs faster if nobody asks for "end".
+        origin: How backend and policy were asked for, where the objects themselves are given, for `save`.
 
     Raises:
         ColonysimError: Something that the caller asked for does not exist or does not fit.
@@ -100,6 +102,7 @@ class Colony:
         decisions: bool = True,
         backend_options: Mapping[str, Any] | None = None,
         kinds: Collection[str] | None = None,
+        origin: Origin | None = None,
     ) -> None:
         if isinstance(scenario, (str, Path)):
             scenario = load_scenario(scenario)
@@ -109,7 +112,7 @@ class Colony:
         self.scenario, self.mode = scenario, mode_of(scenario, mode)
         self._count = scenario.episodes if episodes is None else whole("episodes", episodes)
         self._streams, self._asked = Streams(as_seed(seed)), policy
-        self._origin = origin_of(backend, backend_options, policy)
+        self._origin = origin or origin_of(backend, backend_options, policy)
         self._course = Course(scenario)
         self._kinds = _kinds(kinds)
         self._world, self._rows = World(scenario), Rows(scenario, sink, decisions, self._kinds)
@@ -136,6 +139,7 @@ class Colony:
         self._number, self._running, self._aged, self._closed = 0, False, True, False
         self._calling = self._measuring = False
         self._observers: list[tuple[str, Callable[[Event, Colony], object]]] = []
+        self._between: Callable[[], object] | None = None
         self._measures = Measures()
         self._measured: list[Measurement] = []
         try:
@@ -284,6 +288,9 @@ class Colony:
                     self._finish()
                     if events:
                         return True
+                elif episode.paused:
+                    if self._between is not None:
+                        self._between()
                 elif measures.due <= until:
                     self._reach(measures.due)
                     self._measure(ended=False)
@@ -420,6 +427,11 @@ class Colony:
         """What has been measured so far, in order."""
         return tuple(self._measured)
 
+    @property
+    def measured(self) -> list[str]:
+        """The names of what is measured; of a colony that was loaded, what has been given again."""
+        return self._measures.names
+
     def _measure(self, *, ended: bool) -> None:
         self._measuring = True
         taken = self._called(lambda: [*self._measures.take(self, self._number, self.now, ended=ended)])
@@ -475,8 +487,8 @@ class Colony:
             kinds: As for a new colony.
 
         Raises:
-            ColonysimError: The file is none of a saved colony, damaged, of another version, or does not fit what else is
-                given.
+            ColonysimError: The file is none of a saved colony, damaged, of another version, or does not fit what else
+                is given.
         """
         return loaded(
             cls, Path(path), read_saved(Path(path)), scenario=scenario, backend=backend,
@@ -529,6 +541,10 @@ class Colony:
             restore(fork, saved.state)
             diverge(fork, None if seed is None else as_seed(seed), overrides)
         return fork
+
+    def _pause(self, call: Callable[[], object], steps: int) -> None:
+        """Has a function called between two events, after every so many steps of SimPy without any to hand out."""
+        self._between, self._episode.slice, self._episode.pause_at = call, steps, 0
 
     # -- the end -----------------------------------------------------------------------------------------------------
 

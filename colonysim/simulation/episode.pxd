@@ -43,9 +43,9 @@ cdef class Episode:
     cdef public Waiting waiting
     cdef public list memories, views, random, processes, marks, unmarked, outcomes, turns
     cdef public set finished, short
-    cdef public long long number, acting, standing, armed, timed, max_steps, stepped
+    cdef public long long number, acting, standing, armed, timed, max_steps, stepped, pause_at, slice
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
-    cdef public bint stuck, over, synchronous, clocked, awaited
+    cdef public bint stuck, over, synchronous, clocked, awaited, paused
     cdef readonly unsigned char[::1] doing, expires
     cdef readonly int[::1] asks, target, box, hole, ends_at, short_waits, spins
     cdef readonly double[::1] began, since

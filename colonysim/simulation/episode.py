@@ -168,7 +168,7 @@ class Episode:
         self.asks = array("i", [-1]) * agents  # the node that each asks to be cleared
         self.still_until = array("d", [0.0]) * agents  # until when each stands still once its move has ended
         self.random: list[Stream] = []
-        self.visit = Visit()
+        self.visit, self.slice = Visit(), MOST
         self._differ(scenario, agents)
         self.stopped = new_decision(None)  # of an agent that stands still when all act at once
         # The changes of the scenario, and whether some of them wait for what agents do.
@@ -219,7 +219,7 @@ class Episode:
         self.finished = {agent for agent in range(len(views)) if not self.timeline.takes_part(agent)}
         # Of a synchronous tick: the agents that move, and of the others the nodes that they ask to be cleared, or -1.
         self.turns: list[tuple[int, bool, int]] = []
-        self.stepped = 0
+        self.stepped, self.paused, self.pause_at = 0, False, self.slice
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
@@ -244,10 +244,11 @@ class Episode:
             "wall": time.perf_counter() - self.wall, "stepped": self.stepped,
             "doing": bytes(self.doing), "expires": bytes(self.expires),
             "outcomes": [outcome_state(outcome) for outcome in self.outcomes],
-            "finished": sorted(self.finished), "short": sorted(self.short), "turns": [list(turn) for turn in self.turns],
+            "finished": sorted(self.finished), "short": sorted(self.short),
+            "turns": [list(turn) for turn in self.turns],
             "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
             "refused": [move_state(view.refused) for view in views],
-            "alarms": array("d", [alarm.due for alarm in alarms]),
+            "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
             "orders": array("d", [alarm.order for alarm in alarms]),
             "tick": [self.ticker.due, self.ticker.order],
             "timers": self.timers.state(), "clock": self.clock.state(), "waiting": self.waiting.state(),
@@ -273,6 +274,7 @@ class Episode:
         self.now, self.due = told.real("now", 0.0, LATEST), told.real("due", 0.0)
         self.last_outcome, self.stuck, self.over = told.real("last_outcome", 0.0), told.flag("stuck"), told.flag("over")
         self.wall, self.stepped = time.perf_counter() - told.real("wall", 0.0), told.whole("stepped")
+        self.pause_at = min(MOST, self.stepped + self.slice)
         most = {"target": nodes, "ends_at": nodes, "asks": nodes, "box": boxes, "hole": holes}
         columns = {n: told.column(n, k, agents, least, most.get(n, MOST) - 1) for n, (k, least) in _COLUMNS.items()}
         doing, expires = told.octets("doing", agents, STANDING), told.octets("expires", agents, 1)
@@ -397,9 +399,10 @@ class Episode:
             until: Nothing that is due later than this happens, simulated seconds.
 
         Returns:
-            Whether there are events. If not, either nothing more is due by `until`, or the episode is `over`.
+            Whether there are events. If not, either nothing more is due by `until`, or the episode is `over`, or it is
+            `paused` after so many of SimPy's steps as a `slice` is to have.
         """
-        step, rows, agents = self.env.step, self.rows, len(self.views)
+        step, rows, agents, self.paused = self.env.step, self.rows, len(self.views), False
         while not self.stuck and len(self.finished) < agents:
             if not self._anything_due():
                 self.due = inf
@@ -414,6 +417,9 @@ class Episode:
                 return False
             if rows.events:
                 return True
+            if self.stepped >= self.pause_at:
+                self.pause_at, self.paused = self.stepped + self.slice, True
+                return False
         self.over = True
         return False
 

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from colonysim import __version__
 from colonysim.errors import ColonysimError, PluginError, ScenarioError
-from colonysim.files import found_at
 from colonysim.randomness import Streams
 from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.origins import backend_of, policy_of, scenario_of
 from colonysim.simulation.saving import Saved
 from colonysim.simulation.settings import changed
 from colonysim.states import Stored, copied
-from colonysim.trace.rows import Rows
 from colonysim.trace.schema import Measurement
 
 if TYPE_CHECKING:
@@ -35,7 +33,7 @@ C = TypeVar("C", bound="Colony")
 _MOMENT = ("world", "episode")
 """The parts by which it is found out whether going through an episode again came to the same moment."""
 _CLOCKED = ("wall",)
-"""What differs between two that are the same."""
+"""What differs between two states of the same moment."""
 
 
 class Course:
@@ -177,9 +175,8 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
     if not isinstance(begun, dict) or begun.get("running") is not False:
         raise course.fault("begun", type(begun).__name__, "the state before an episode")
     _take_over(colony, Stored(begun, "colony before the episode"))
-    episode, rows = colony._episode, colony._rows
     steps = told.part("episode").whole("stepped")
-    episode.rows = Rows(colony.scenario, None, False, frozenset())
+    colony._rows.hush(True)
     try:
         if not colony._begin_next():
             raise course.fault("begun", "the end of the run", "an episode to come")
@@ -190,9 +187,9 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
             diverge(colony, None if seed is None else each.whole("seed"), each.take("settings"))
         _step_to(colony, steps)
     finally:
-        episode.rows = rows
+        colony._rows.hush(False)
     colony._world.now = max(colony._world.now, told.part("world").real("now", 0.0))
-    found = {"world": colony._world.state(), "episode": episode.state()}
+    found = {"world": colony._world.state(), "episode": colony._episode.state()}
     for name in _MOMENT:
         before = told.take(name)
         for key, value in found[name].items():
@@ -219,10 +216,11 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
     Raises:
         ColonysimError: A field cannot change under way.
     """
+    now: dict[str, Any] = {}
     if settings:
         scenario = changed(colony.scenario, settings)
         _adopt(colony, scenario)
-        settings = {path: found_at(scenario.document, path) for path in scenario.overrides}
+        now = scenario.settings
     if seed is not None:
         colony._streams = Streams(seed, "fork/")
         if colony._running:
@@ -230,7 +228,7 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
             colony._episode.reseed(own)
             colony._body.reseed(own)  # type: ignore[attr-defined]
     if colony._running and (seed is not None or settings):
-        change = {"steps": colony._episode.stepped, "seed": seed, "settings": dict(settings or {})}
+        change = {"steps": colony._episode.stepped, "seed": seed, "settings": now}
         colony._course.changes.append(change)
 
 

@@ -85,9 +85,9 @@ class Measures:
         self._set_due()
 
     @property
-    def missing(self) -> list[str]:
-        """What was measured before the colony was saved and is not any more, or not yet."""
-        return sorted(self._saved)
+    def names(self) -> list[str]:
+        """What is measured."""
+        return sorted(measure.name for measure in self._all)
 
     def state(self) -> State:
         """How many values of each there are in the episode."""

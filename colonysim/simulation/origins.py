@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.simulation.saving import Saved
 
-__all__ = ["backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others", "scenario_of"]
+__all__ = ["Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others", "scenario_of"]
 
 
 def origin_of(
@@ -29,10 +29,12 @@ def origin_of(
     policy: str | Policy | Callable[[Scenario], Policy] | None,
 ) -> Origin:
     """How a colony is asked for with these arguments of its."""
+    given: dict[str, Any] | None = dict(options or {})
     if isinstance(backend, str):
-        body, given = backend, dict(options or {})
+        body = backend
     else:
-        body, given = called("backends", backend, backend), {} if type(backend) is NodeWorld else None
+        kind: type = type(backend)
+        body, given = called("backends", backend, backend), {} if kind is NodeWorld else None
     if policy is None or isinstance(policy, str):
         return Origin(body, given, policy)
     return Origin(body, given, called("policies", policy, policy), made=True)

@@ -99,7 +99,8 @@ def write_saved(path: Path, saved: Saved) -> None:
     text = {
         "format": FORMAT, "schema": VERSION, "colonysim": saved.version, "scenario_sha256": saved.digest,
         "scenario": saved.document, "backend": saved.origin.backend, "options": saved.origin.options,
-        "policy": saved.origin.policy, "made": saved.origin.made, "mode": saved.mode, "episodes": saved.episodes, "extra": saved.extra,
+        "policy": saved.origin.policy, "made": saved.origin.made, "mode": saved.mode, "episodes": saved.episodes,
+        "extra": saved.extra,
         "state": _written(saved.state, arrays, "state"),
     }  # fmt: skip
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
@@ -176,11 +177,12 @@ def read_saved(path: Path) -> Saved:
     document, options, policy = about.take("scenario"), about.take("options"), about.take("policy")
     if not isinstance(document, dict) or not isinstance(options, (dict, type(None))):
         raise ColonysimError(f"{path}: damaged: neither scenario nor options may be anything but mappings")
-    origin = Origin(about.text("backend"), options, None if policy is None else about.text("policy"), about.flag("made"))
+    asked = None if policy is None else about.text("policy")
+    origin = Origin(about.text("backend"), options, asked, about.flag("made"))
     extra = about.take("extra")
     return Saved(
-        document, about.text("scenario_sha256"), origin, about.text("mode"), about.whole("episodes", 0, MAX_SEED), state,
-        about.text("colonysim"), extra if isinstance(extra, dict) else {},
+        document, about.text("scenario_sha256"), origin, about.text("mode"), about.whole("episodes", 0, MAX_SEED),
+        state, about.text("colonysim"), extra if isinstance(extra, dict) else {},
     )  # fmt: skip
 
 
@@ -213,7 +215,8 @@ class _Arrays:
         version = np.lib.format.read_magic(file)
         header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, columns, kind = header(file)
-        if kind.hasobject or kind.kind not in NUMPY_KINDS or math.prod(shape) * kind.itemsize != len(content) - file.tell():
+        size = len(content) - file.tell()
+        if kind.hasobject or kind.kind not in NUMPY_KINDS or math.prod(shape) * kind.itemsize != size:
             raise ValueError(f"array {name} is not as its header says")
         values = np.frombuffer(content, kind, offset=file.tell())
         return values.reshape(shape, order="F" if columns else "C").copy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from colonysim.errors import ScenarioError
 from colonysim.scenario.loading import scenario_from_document
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ def changed(scenario: Scenario, settings: Mapping[str, Any] | Sequence[str]) -> 
     Raises:
         ScenarioError: One of them is none, does not fit, or cannot change under way.
     """
-    found = scenario_from_document(scenario.document, overrides=settings, source=scenario.source)
-    for path in found.overrides:
+    words = [settings] if isinstance(settings, str) else settings
+    for path in [str(word).partition("=")[0].strip() for word in words]:
         if path.split(".")[0] not in MAY_CHANGE or path in ("policy", "policy.name"):
-            raise found.fault(path, f"cannot change under way; expected a field of {', '.join(MAY_CHANGE)}")
-    return found
+            raise ScenarioError(f"--set {path}: cannot change under way; expected a field of {', '.join(MAY_CHANGE)}")
+    return scenario_from_document(scenario.document, overrides=settings, source=scenario.source)

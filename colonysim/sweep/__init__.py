@@ -6,8 +6,9 @@ what came of each, `tables` turns that into tables. `run_sweep` puts them togeth
 
 from __future__ import annotations
 
+from colonysim.sweep.futures import fork_run
 from colonysim.sweep.plan import Sweep, Trial, load_sweep, plan_sweep
 from colonysim.sweep.running import run_planned, run_sweep
 from colonysim.sweep.store import Store
 
-__all__ = ["Store", "Sweep", "Trial", "load_sweep", "plan_sweep", "run_planned", "run_sweep"]
+__all__ = ["Store", "Sweep", "Trial", "fork_run", "load_sweep", "plan_sweep", "run_planned", "run_sweep"]

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from colonysim.provenance import Sources
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["Limits", "Search", "Sweep", "Trial", "found", "load_search", "load_sweep", "plan_sweep"]
+__all__ = ["Limits", "Search", "Sweep", "Trial", "found", "identity", "load_search", "load_sweep", "plan_sweep"]
 
 MAX_TRIALS = 1_000_000
 """Most trials of one sweep."""
@@ -140,6 +140,9 @@ class Trial:
         sources: What else the result depends on: third-party code, models, engines (`provenance.parts_of`), and tags.
         identity: Hash of all that determines the result: the settings, and `determinants`.
         called: The names by which tables know `policy` and `backend`, where those are others (`plugins.called`).
+        start: Of a future of a run (`futures.fork_run`): its run, and `episode` and second (`at`) from which on it is
+            played. The saved colony is in `folder`; `parameters` are what changes then.
+        given: Of a future, policy and backend as the caller named them, if they are code of others.
     """
 
     scenario: str
@@ -156,6 +159,8 @@ class Trial:
     sources: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     identity: str = field(default="", compare=False)
     called: Mapping[str, str] = field(default_factory=dict, compare=False)
+    start: Mapping[str, Any] = field(default_factory=dict)
+    given: Mapping[str, str | None] = field(default_factory=dict)
 
     def asked(self) -> str:
         """Hash of what was asked, whatever the scenario's content and the code are."""
@@ -172,7 +177,9 @@ class Trial:
         options = {f"backend.{name}": value for name, value in sorted(self.options.items())}
         return {
             "scenario": self.scenario, "variant": self.variant, "backend": self.backend, "policy": self.policy,
-            "mode": self.mode, **options, **self.parameters, "seed": self.seed, **self.called,
+            "mode": self.mode, **options, **self.parameters,
+            **{f"fork.{name}": self.start[name] for name in ("episode", "at") if self.start},
+            "seed": self.seed, **self.called,
         }  # fmt: skip
 
 
@@ -369,9 +376,9 @@ def _trials(
                     if given is not None and found.get(given, given) != given
                 }
                 trial = replace(trial, sources=sources.of(trial, loaded), called=names)
-                same = {_identity(trial), _hash({**trial.described(), "content": trial.digest})}
+                same = {identity(trial), _hash({**trial.described(), "content": trial.digest})}
                 if not same & seen:  # listed twice, under whatever names, it is still one trial
-                    yield replace(trial, identity=_identity(trial))
+                    yield replace(trial, identity=identity(trial))
                 else:
                     named = f"{scenario} ({variant})" if variant else scenario
                     twins[named] = twins.get(named, 0) + 1
@@ -470,11 +477,14 @@ def found(scenario: str, folder: str | Path) -> str | Path:
     return beside if beside.suffix and not Path(scenario).is_absolute() else scenario
 
 
-def _identity(trial: Trial) -> str:
+def identity(trial: Trial) -> str:
+    """Hash of all that determines the result of a trial."""
     what = {
         "version": __version__, "scenario": trial.digest, "backend": trial.backend, "options": trial.options,
         "policy": trial.policy, "mode": trial.mode, "episodes": trial.episodes, "seed": trial.seed,
     }  # fmt: skip
+    if trial.start:  # its parameters are no part of the scenario at which it begins
+        what |= {"start": trial.start, "parameters": trial.parameters}
     return _hash({**what, "sources": trial.sources} if trial.sources else what)
 
 

@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.provenance import TAG, parts_of
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario
+from colonysim.simulation import Colony
+from colonysim.simulation.keeping import diverge, loaded
+from colonysim.simulation.saving import read_saved
 from colonysim.sweep.plan import found
+from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from colonysim.provenance import Sources
     from colonysim.scenario.scenario import Scenario
     from colonysim.sweep.plan import Trial
+    from colonysim.trace.schema import EpisodeResult
 
-__all__ = ["run_trial"]
+__all__ = ["STATE", "run_trial"]
+
+STATE = "state.npz"
+"""The saved colony at which the trials of a directory begin, if they are futures of a run."""
 
 
 def run_trial(trial: Trial) -> dict[str, Any]:
@@ -30,6 +41,8 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         scenario with groups `groups`: for each episode and group what a `GroupResult` holds. If scenario
         or code are no longer those that the trial was planned with, nothing is run, and `changed` names them.
     """
+    if trial.start:
+        return _future(trial)
     scenario = _loaded(trial.scenario, trial.folder, trial.variant, json.dumps(trial.parameters))
     if changed := _changed(trial, scenario):
         return {"changed": changed}
@@ -41,10 +54,29 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     return {
         **grouped,
         "trace_sha256": recorded.trace_sha256,
-        "episodes": [
-            [e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in recorded.episodes
-        ],
+        "episodes": _rows(recorded.episodes),
     }
+
+
+def _future(trial: Trial) -> dict[str, Any]:
+    """Plays a trial that begins at a saved moment."""
+    path = Path(trial.folder) / STATE
+    saved = replace(read_saved(path), episodes=trial.episodes or 0)
+    if saved.extra != trial.start:
+        raise ColonysimError(f"{path}: is the colony of another moment")
+    writer = TraceWriter(None, {})
+    mind, mover = trial.given.get("policy"), trial.given.get("backend")
+    with writer, loaded(
+        Colony, path, saved, policy=mind, backend=mover, sink=writer, kinds=("episode",)
+    ) as colony:  # fmt: skip
+        diverge(colony, trial.seed, trial.parameters)
+        for _ in colony:
+            pass
+    return {"trace_sha256": writer.manifest["trace_sha256"], "episodes": _rows(writer.results)}
+
+
+def _rows(episodes: Iterable[EpisodeResult]) -> list[list[Any]]:
+    return [[e.episode, e.steps, e.success, e.ended, e.sim_seconds, e.seated] for e in episodes]
 
 
 def _changed(trial: Trial, scenario: Scenario) -> str:

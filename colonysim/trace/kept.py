@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["LAST_FRAMES", "WORDS", "Kept", "asked_for", "by_size", "left_out"]
+__all__ = ["LAST_FRAMES", "WORDS", "Kept", "asked_for", "by_size", "dropped_in", "left_out"]
 
 ALWAYS: tuple[Table, ...] = ("events", "episodes", "measurements")
 """Tables that every run has."""
@@ -64,6 +64,12 @@ class Kept:
         """What a manifest says of it below "recorded"."""
         frames = "none" if "frames" not in self.tables else "last" if self.last_frames else "all"
         return {"tables": list(self.tables), "frames": frames, "why": self.why}
+
+
+def dropped_in(manifest: Mapping[str, Any]) -> tuple[Table, ...]:
+    """The tables that a run does not keep, as its manifest says."""
+    kept = manifest["recorded"]["tables"]
+    return tuple(table for table in get_args(Table) if table not in kept)
 
 
 def asked_for(words: str | Iterable[str]) -> Kept:

@@ -24,7 +24,9 @@ from colonysim.trace.schema import VERSION
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["MANIFEST", "begin_manifest", "is_run", "prepare_directory", "read_manifest", "write_manifest"]
+__all__ = [
+    "MANIFEST", "begin_manifest", "is_run", "now", "prepare_directory", "read_manifest", "versions", "write_manifest",
+]  # fmt: skip
 
 MANIFEST = "manifest.json"
 FORMAT = "colonysim run"
@@ -34,7 +36,8 @@ _ENGINE_PACKAGES = tuple(package for engine in PACKAGES.values() for package in 
 _PACKAGES = ("colonysim", "numpy", "simpy", "networkx", "pyarrow", *_ENGINE_PACKAGES, "torch")
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Those of the interpreter and of the packages that a run may depend on, as far as they are installed."""
     found = {"python": platform.python_version(), "build": build()}
     for package in _PACKAGES:
         try:
@@ -56,7 +59,8 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else shown(value)
 
 
-def _now() -> str:
+def now() -> str:
+    """The time of day, as manifests write it."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
@@ -87,11 +91,11 @@ def begin_manifest(
         "episodes": episodes,
         "seed": seed,
         "options": _plain(options or {}),
-        "started": _now(),
+        "started": now(),
         "finished": None,
         "rows": {},
         "trace_sha256": None,
-        "versions": _versions(),
+        "versions": versions(),
         "platform": {
             "system": platform.system(),
             "machine": platform.machine(),
@@ -111,7 +115,7 @@ def begin_manifest(
 
 def finish_manifest(manifest: dict[str, Any], status: str, rows: Mapping[str, int], digest: str) -> None:
     """Writes down how the run ended; the caller stores the manifest."""
-    manifest.update(status=status, finished=_now(), rows=dict(rows), trace_sha256=digest)
+    manifest.update(status=status, finished=now(), rows=dict(rows), trace_sha256=digest)
 
 
 def write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:

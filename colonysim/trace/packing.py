@@ -120,6 +120,10 @@ class TableDigest:
             packed = self._turn(rows)
         else:
             packed = {name: Packed(self._columns[name], *column) for name, column in rows.take().items()}
+        return self.take(packed, count)
+
+    def take(self, packed: dict[str, Packed], count: int) -> dict[str, Packed]:
+        """Takes the table's next rows, which are columns already, and returns these."""
         for name, part in packed.items():
             if (self.table, name) not in UNHASHED:
                 self._values[name].update(_little_endian(part.values))

@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
 from colonysim.files import replacing
+from colonysim.trace.packing import Packed
 from colonysim.trace.schema import TABLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from colonysim.trace.packing import Codes, Packed
-    from colonysim.trace.schema import Table
+    from colonysim.trace.packing import Codes
+    from colonysim.trace.schema import Column, Table
 
-__all__ = ["PartFile", "arrow_table", "table_schema"]
+__all__ = ["PartFile", "arrow_table", "packed_columns", "table_schema"]
 
 
 def _arrow_type(kind: str) -> Any:
@@ -63,6 +64,36 @@ def arrow_table(columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> An
     import pyarrow as pa
 
     return pa.table({name: _column(part, codes[name]) for name, part in columns.items()})
+
+
+def packed_columns(table: Table, rows: Any, codes: Mapping[str, Codes]) -> dict[str, Packed]:
+    """The rows of a `pyarrow.Table` as columns; the opposite of `arrow_table`.
+
+    Args:
+        table: The table's name.
+        rows: Its next rows, with all columns.
+        codes: For each column the numbers of its texts so far; those of new ones are added in order of appearance.
+    """
+    return {name: _packed(kind, rows[name].combine_chunks(), codes[name]) for name, kind in TABLES[table].items()}
+
+
+def _packed(kind: Column, column: Any, codes: Codes) -> Packed:
+    import numpy as np
+    import pyarrow as pa
+
+    if isinstance(column, pa.ChunkedArray):  # as older versions of Arrow leave it, if there are no rows
+        column = pa.concat_arrays(column.chunks) if column.num_chunks else pa.array([], column.type)
+    if kind == "text":
+        found = column.dictionary_encode()
+        numbers = np.array([codes[text] for text in found.dictionary.to_pylist()], dtype="int64")
+        return Packed(kind, array("q", numbers[found.indices.to_numpy()].tobytes()))
+    if kind in ("ints", "floats"):
+        sizes = column.value_lengths().to_numpy().astype("int64")
+        code, dtype = ("q", "int64") if kind == "ints" else ("d", "float64")
+        values = column.flatten().to_numpy().astype(dtype)
+        return Packed(kind, array(code, values.tobytes()), array("q", sizes.tobytes()))
+    code, dtype = {"int": ("q", "int64"), "float": ("d", "float64"), "bool": ("b", "int8")}[kind]
+    return Packed(kind, array(code, column.to_numpy(zero_copy_only=False).astype(dtype).tobytes()))
 
 
 class PartFile:

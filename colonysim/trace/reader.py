@@ -14,7 +14,7 @@ from colonysim.trace.groups import results_of_groups
 from colonysim.trace.kept import left_out
 from colonysim.trace.manifest import MANIFEST, read_manifest
 from colonysim.trace.packing import TableDigest, trace_sha256
-from colonysim.trace.parts import table_schema
+from colonysim.trace.parts import packed_columns, table_schema
 from colonysim.trace.schema import TABLES, EpisodeResult, Event, Frame, Table
 from colonysim.trace.stored import read_parts
 
@@ -393,7 +393,7 @@ class Run:
             # Part by part: a long run does not have to fit into memory.
             rows = TableDigest(name)
             for _, _, part in self._pieces(name):
-                rows.add(list(zip(*(column.to_pylist() for column in part.columns), strict=True)))
+                rows.take(packed_columns(name, part, rows.codes), part.num_rows)
             if name in self.manifest["rows"]:
                 digests.append(rows)
         scenario = self.manifest.get("scenario")

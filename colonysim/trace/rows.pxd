@@ -7,7 +7,7 @@ from colonysim.trace.writer cimport TraceWriter
 
 cdef class Rows:
     cdef long long _episode
-    cdef object _write, _kinds
+    cdef object _write, _kinds, _before
     cdef bint _decisions, _deposits
     cdef long long[::1] _holes, _numbers
     cdef Block _ended, _chosen, _marked

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from array import array
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
 from colonysim.states import Stored
@@ -43,8 +43,8 @@ class Rows:
     """
 
     __slots__ = (
-        "_chosen", "_decisions", "_deposits", "_ended", "_episode", "_holes", "_kinds", "_marked", "_numbers", "_write",
-        "_writer", "events", "hears_ends", "hears_waits", "kept", "now",
+        "_before", "_chosen", "_decisions", "_deposits", "_ended", "_episode", "_holes", "_kinds", "_marked",
+        "_numbers", "_write", "_writer", "events", "hears_ends", "hears_waits", "kept", "now",
     )  # fmt: skip
 
     def __init__(
@@ -71,6 +71,7 @@ class Rows:
         self._ended: Block | None = None
         self._chosen: Block | None = None
         self._marked: Block | None = None
+        self._before: tuple[Any, ...] | None = None
         if self._writer is not None:
             self._decisions = decisions and self._writer.keeps("decisions", 1)
             self._deposits = self._writer.keeps("deposits", 1)
@@ -256,6 +257,24 @@ class Rows:
                     raise TraceError(f"the backend wrote to a table {table!r}; {nearest(table, TABLES)}")
                 self._write(table, (self._episode, *row))
 
+    def hush(self, silent: bool) -> None:
+        """Writes and keeps nothing from now on, or again what it did: for what is gone through a second time."""
+        if silent:
+            self._before = (
+                self._write, self._writer, self._kinds, self._ended, self._chosen, self._marked, self._decisions,
+                self._deposits, self.kept, self.hears_ends, self.hears_waits,
+            )  # fmt: skip
+            self._write = self._writer = self._ended = self._chosen = self._marked = None
+            self._kinds = frozenset()
+            self._decisions = self._deposits = self.kept = self.hears_ends = self.hears_waits = False
+            return
+        assert self._before is not None
+        (
+            self._write, self._writer, self._kinds, self._ended, self._chosen, self._marked, self._decisions,
+            self._deposits, self.kept, self.hears_ends, self.hears_waits,
+        ) = self._before  # fmt: skip
+        self._before = None
+
     def state(self) -> State:
         """The events that have not been taken yet; all other rows are in the sink."""
         return {"events": [list(event) for event in self.events]}
@@ -269,11 +288,13 @@ class Rows:
             if not isinstance(event, list) or len(event) != len(kinds):
                 raise told.fault("events", event, f"{len(kinds)} values for each event")
             each = Stored(dict(zip(Event._fields, event, strict=True)), "an event")
-            read = {"int": each.whole, "float": each.real, "text": each.text}
-            bounds = {"int": (-1,), "float": (0.0,), "text": ()}
-            events.append(
-                Event._make(read[kind](name, *bounds[kind]) for name, kind in zip(Event._fields, kinds, strict=True))
-            )
+            values: list[Any] = []
+            for name, kind in zip(Event._fields, kinds, strict=True):
+                if kind == "text":
+                    values.append(each.text(name))
+                else:
+                    values.append(each.whole(name, -1) if kind == "int" else each.real(name, 0.0))
+            events.append(Event._make(values))
         self.events[:] = [event for event in events if self._heard(event.kind)]
 
     def close(self, fields: Mapping[str, Field], result: EpisodeResult) -> None:

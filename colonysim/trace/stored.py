@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from colonysim.errors import TraceError
 from colonysim.files import opened_file
-from colonysim.trace.parts import table_schema
+from colonysim.trace.parts import packed_columns, table_schema
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
     from pathlib import Path
 
+    from colonysim.trace.packing import TableDigest
     from colonysim.trace.schema import Table
 
-__all__ = ["Piece", "read_parts"]
+__all__ = ["Piece", "kept_parts", "read_parts"]
 
 _AT_A_TIME = 2**16
 """Rows of a piece, unless a part keeps more of them together."""
@@ -76,6 +77,48 @@ def read_parts(
     if rows is not None and found != rows:
         what = f"holds {found} rows" if folder.is_dir() else "is missing"
         raise TraceError(f"{folder}: {what}, the manifest counts {rows}; part of the run is not there")
+
+
+def kept_parts(directory: Path, table: Table, rows: int, digest: TableDigest) -> tuple[int, list[Path]]:
+    """Takes the first rows of a table into a hash; nothing on disk is changed.
+
+    Args:
+        directory: The run directory.
+        table: Name of the table.
+        rows: How many rows.
+        digest: The hash.
+
+    Returns:
+        How many parts hold these rows, and all files of the table besides, those that were never finished too.
+
+    Raises:
+        TraceError: A part is damaged or missing, or these rows do not end where a part does.
+    """
+    folder, kept = directory / table, 0
+    for number, path in enumerate(_listed(folder)):
+        if digest.rows == rows:
+            break
+        if path.name != f"part-{number:05d}.parquet":
+            raise TraceError(f"{folder}: part-{number:05d}.parquet is missing")
+        pieces = _pieces(path, table_schema(table), rows - digest.rows, None)
+        next(pieces)
+        for piece in pieces:
+            assert isinstance(piece, Piece)
+            digest.take(packed_columns(table, piece.rows, digest.codes), piece.rows.num_rows)
+        kept += 1
+    if digest.rows != rows:
+        raise TraceError(f"{folder}: holds {digest.rows} of the {rows} rows that there were at the checkpoint")
+    parts = {f"part-{number:05d}.parquet" for number in range(kept)}
+    return kept, [path for path in _files(folder) if path.name not in parts]
+
+
+def _files(folder: Path) -> list[Path]:
+    """The parts in a folder, and what was to become one."""
+    try:
+        found = sorted(folder.iterdir()) if folder.is_dir() else []
+    except OSError as error:
+        raise TraceError(f"{folder}: cannot be read: {error.strerror or error}") from None
+    return [path for path in found if path.name.endswith((".parquet", ".parquet.tmp")) and "part-" in path.name]
 
 
 def _listed(folder: Path) -> list[Path]:

@@ -11,10 +11,12 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import TraceError
+from colonysim.files import remove_file
 from colonysim.trace.manifest import finish_manifest, write_manifest
 from colonysim.trace.packing import Block, TableDigest, trace_sha256
 from colonysim.trace.parts import PartFile
 from colonysim.trace.schema import TABLES, EpisodeResult
+from colonysim.trace.stored import kept_parts, read_parts
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -144,6 +146,32 @@ class TraceWriter:
             self.manifest["fields"] = told
             if self.directory is not None:
                 write_manifest(self.directory, self.manifest)
+
+    @property
+    def rows(self) -> dict[str, int]:
+        """How many rows each table has, without those that are still waiting."""
+        return {table: digest.rows for table, digest in self._digests.items()}
+
+    def take_up(self, rows: Mapping[str, int]) -> None:
+        """Goes on after so many rows of each table, which are on disk already; what is there beyond them is removed.
+
+        Args:
+            rows: For each table how many of its rows count; none of one that is not named.
+
+        Raises:
+            TraceError: A part is damaged or missing, or the rows that count do not end where a part does.
+        """
+        assert self.directory is not None
+        beyond: list[Path] = []
+        for table, digest in self._digests.items():
+            kept, more = kept_parts(self.directory, table, rows.get(table, 0), digest)
+            self._parts[table] = kept
+            beyond += more
+        # Episodes first: one that is listed is on disk as a whole.
+        for path in sorted(beyond, key=lambda path: (path.parent.name == "episodes", path), reverse=True):
+            remove_file(path, TraceError)
+        results = read_parts(self.directory, "episodes", None) if rows.get("episodes") else ()
+        self.results[:] = [EpisodeResult(**row) for piece in results for row in piece.rows.to_pylist()]
 
     def flush(self) -> None:
         """Closes all parts, with everything that is still in memory; episodes last, so that a listed one is complete.

@@ -8,7 +8,7 @@ from colonysim.states import Stored
 from colonysim.world.intents import BoxPlace, Outcome, Push, Travel
 
 if TYPE_CHECKING:
-    from colonysim.world.intents import Move
+    from colonysim.world.intents import Intent, Move
     from colonysim.world.state import World
 
 __all__ = ["move_of", "move_state", "outcome_of", "outcome_state"]
@@ -16,11 +16,11 @@ __all__ = ["move_of", "move_state", "outcome_of", "outcome_state"]
 STATUSES = ("arrived", "blocked", "failed")
 
 
-def move_state(move: Move | None) -> dict[str, int] | None:
-    """A move as plain data; one without a box is a travel."""
-    if move is None:
-        return None
-    return {"node": move.node} if isinstance(move, Travel) else {"node": move.node, "box": move.box, "hole": move.hole}
+def move_state(move: Intent | None) -> dict[str, int] | None:
+    """A move as plain data; one without a box is a travel, and anything else is none."""
+    if isinstance(move, Push):
+        return {"node": move.node, "box": move.box, "hole": move.hole}
+    return {"node": move.node} if isinstance(move, Travel) else None
 
 
 def move_of(state: Any, world: World, what: str) -> Move | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from array import array
 from copy import deepcopy
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from colonysim.states import Stored
 from colonysim.world.intents import Push
@@ -262,11 +262,10 @@ class World:
         self.agent_status[:], self.reserved[:] = [statuses[word] for word in found], reserved
         for node in list(self.clear_requests):
             self.unask(node)
-        for table, pairs in (
-            (self.stacks, stacks.items()), (self.edge_holder, [((i, j), agent) for i, j, agent in edges]),
-        ):  # fmt: skip
-            table.clear()
-            table.update(pairs)
+        self.stacks.clear()
+        self.stacks.update(stacks)
+        self.edge_holder.clear()
+        self.edge_holder.update({(i, j): agent for i, j, agent in edges})
         for node, agent in requests:
             self.ask(agent, node)
 
@@ -774,7 +773,7 @@ def _as_list(place: Place) -> int | list[int]:
 
 def _places(told: Stored, given: object, nodes: int) -> tuple[Place, ...]:
     """Nodes and edges of a state."""
-    places: list[Place] = []
+    places: list[Any] = []
     for place in given if isinstance(given, list) else [None]:
         ends = place if isinstance(place, list) else [place]
         if len(ends) not in (1, 2) or not all(type(end) is int and 0 <= end < nodes for end in ends):

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.backends.protocol import Done, TraceRow
 from colonysim.simulation.foreign.answers import (
-    LONGEST_TEXT, SHOWN, Foreign, fits, is_text, listed, plain, real, truth, whole,
+    LONGEST_TEXT,
+    SHOWN,
+    Foreign,
+    fits,
+    is_text,
+    listed,
+    plain,
+    real,
+    truth,
+    whole,
 )  # fmt: skip
 from colonysim.states import Stored
 from colonysim.trace.schema import TABLES
@@ -214,7 +223,7 @@ class ForeignBackend(Foreign):
         told, agents = Stored(state, f"backend {self.name!r}"), len(self._world.agent_node)
         self._under_way = {}
         for each in told.listed("under_way"):
-            pair = Stored(dict(zip(("agent", "move"), each, strict=False)) if isinstance(each, list) else each, "a move")
+            pair = Stored(dict(zip(("agent", "move"), each if isinstance(each, list) else (), strict=False)), "a move")
             move = move_of(pair.take("move"), self._world, "a move under way")
             if move is not None:
                 self._under_way[pair.whole("agent", 0, agents - 1)] = move

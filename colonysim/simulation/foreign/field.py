@@ -84,7 +84,8 @@ class ForeignField(Foreign, Marks):
     def state(self) -> State:
         """What the field says, if it can say it."""
         self.check_savable()
-        return self._copied("state", self._call("state"))
+        state: State = self._copied("state", self._call("state"))
+        return state
 
     def restore(self, state: State) -> None:
         """It may raise."""

@@ -1,0 +1,209 @@
+"""`resume`: goes on with a recorded run that was stopped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from colonysim.arguments import real
+from colonysim.engines import PACKAGES
+from colonysim.errors import ColonysimError, TraceError
+from colonysim.files import remove_file
+from colonysim.plugins import called, make_backend, make_policy
+from colonysim.processes import refuse_rerun
+from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
+from colonysim.simulation import Colony
+from colonysim.simulation.keeping import loaded
+from colonysim.simulation.origins import known, refuse_code_of_others
+from colonysim.simulation.saving import read_saved
+from colonysim.trace.kept import dropped_in
+from colonysim.trace.manifest import now, read_manifest, versions, write_manifest
+from colonysim.trace.reader import Run
+from colonysim.trace.writer import TraceWriter
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from colonysim.backends.protocol import Backend
+    from colonysim.policies.policy import Policy
+    from colonysim.scenario.scenario import Scenario
+    from colonysim.simulation.saving import Saved
+    from colonysim.trace.schema import Event, Tap
+
+__all__ = ["anew", "refuse_other_versions", "resume"]
+
+
+def resume(
+    path: str | Path,
+    *,
+    policy: str | Policy | Callable[[Scenario], Policy] | None = None,
+    backend: str | Backend | None = None,
+    on_start: Callable[[Run], None] | None = None,
+    on_event: Callable[[Event, Run], None] | None = None,
+    on_begin: Callable[[Colony], None] | None = None,
+    tap: Tap | None = None,
+    checkpoint_every: float | None = None,
+) -> Run:
+    """Goes on with a recorded run that was killed, stopped or has failed, from its last checkpoint.
+
+    What was recorded after the checkpoint is dropped and comes again: the finished run has the same `trace_sha256` as
+    one that was never stopped. A run without a checkpoint begins anew in its directory. All else (backend and its
+    options, what is recorded, how many episodes) is as the manifest says.
+
+    Args:
+        path: The run directory.
+        policy: The policy, if it is code of others: a directory does not have it imported by itself.
+        backend: The backend, if it is code of others or was given as an object.
+        on_start: As for `run`.
+        on_event: As for `run`.
+        on_begin: As for `run`; a run with measurements needs them again.
+        tap: As for `run`; is told the rows that are still to come.
+        checkpoint_every: Seconds of wall clock from one checkpoint to the next; by default as before.
+
+    Returns:
+        The run, finished; one that was finished before is left as it is.
+
+    Raises:
+        ColonysimError: There is no such run, it is under way, its checkpoint is damaged, another version has recorded
+            it, or it needs code of others that is not given.
+    """
+    refuse_rerun()
+    directory = Path(path).absolute()
+    if checkpoint_every is not None:
+        checkpoint_every = real("checkpoint_every", checkpoint_every, SHORTEST, LONGEST)
+    read_manifest(directory)  # what is no run is left alone
+    with recording(directory):
+        manifest = read_manifest(directory)
+        if manifest["status"] == "finished":
+            return Run(directory, manifest)
+        _check(manifest, directory)
+        for left in directory.glob(".*.tmp"):  # by whoever was killed while writing it
+            remove_file(left, TraceError)
+        source = directory / CHECKPOINT
+        saved = read_saved(source) if source.exists() else None
+        if saved is not None:
+            refuse_other_versions(manifest, directory)
+            _check_fits(saved, manifest, source)
+        before = dict(manifest)
+        if checkpoint_every is None:
+            checkpoint_every = manifest["options"].get("checkpoint_every")
+        manifest.update(status="running", finished=None, rows={}, trace_sha256=None, versions=versions())
+        again = {"at": now(), "from": None if saved is None else CHECKPOINT}
+        manifest["resumed"] = [*manifest.get("resumed", []), again]
+        run = Run(directory, manifest)
+        scenario = run.scenario
+        kept: dict[str, int] = {} if saved is None else dict(saved.extra["rows"])
+
+        def made(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:
+            decisions = "decisions" in manifest["recorded"]["tables"]
+            try:
+                if saved is None:
+                    colony = anew(manifest, scenario, policy, backend, writer, kinds, decisions=decisions)
+                else:
+                    colony = loaded(
+                        Colony, source, saved, policy=policy, backend=backend, sink=writer, decisions=decisions,
+                        kinds=kinds,
+                    )  # fmt: skip
+            except BaseException:
+                untouched.append(True)
+                raise
+            writer.take_up(kept)
+            return colony
+
+        untouched: list[bool] = []
+        writer = TraceWriter(directory, manifest, drop=dropped_in(manifest), tap=tap)
+        run = Run(directory, manifest, writer.results, scenario)
+        try:
+            play(
+                made, writer, run, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
+                checkpoint_every=checkpoint_every,
+            )  # fmt: skip
+        except BaseException:
+            if untouched:  # nothing has happened to it: it is as it was
+                write_manifest(directory, before)
+            raise
+        return run
+
+
+def _check(manifest: dict[str, Any], directory: Path) -> None:
+    """Refuses a run that this process cannot go on with."""
+    if manifest.get("scenario") is None:
+        raise TraceError(f"{directory}: a run of single pushes, which cannot be gone on with")
+    if "recorded" not in manifest:
+        raise TraceError(f"{directory}: does not say what was recorded; a run of an early version, run it again")
+
+
+def refuse_other_versions(manifest: Mapping[str, Any], path: Path) -> None:
+    """Refuses what was recorded by another version of the package or of the engine: it would not go on the same.
+
+    Raises:
+        TraceError: It was.
+    """
+    engine = PACKAGES.get(manifest["backend"])
+    here = versions()
+    for package in ("colonysim", *(engine.packages if engine else ())):
+        before = manifest["versions"].get(package)
+        if before is not None and package in here and before != here[package]:
+            raise TraceError(
+                f"{path}: recorded with {package} {before}, and here is {here[package]}: go on with that one"
+            )
+
+
+def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
+    """Refuses a checkpoint of another run."""
+    rows = saved.extra.get("rows")
+    counted = isinstance(rows, dict) and all(type(count) is int and count >= 0 for count in rows.values())
+    ours = saved.extra.get("started") == manifest["started"] and saved.digest == manifest.get("scenario_sha256")
+    if not (counted and ours):
+        raise TraceError(f"{path}: is no checkpoint of this run")
+
+
+def anew(
+    manifest: Mapping[str, Any],
+    scenario: Scenario,
+    policy: str | Policy | Callable[[Scenario], Policy] | None,
+    backend: str | Backend | None,
+    writer: TraceWriter | None,
+    kinds: tuple[str, ...] | None,
+    *,
+    decisions: bool,
+) -> Colony:
+    """The colony of a run, from its beginning.
+
+    Args:
+        manifest: What was run.
+        scenario: Its scenario.
+        policy: The policy, if it is code of others.
+        backend: The backend, if it is code of others.
+        writer: Takes its rows.
+        kinds: Kinds of the events to hand out.
+        decisions: Whether there are rows of decisions.
+
+    Raises:
+        ColonysimError: It needs code of others that is not given.
+    """
+    refuse_code_of_others(scenario, "them with a run of your own")
+    options = dict(manifest["options"].get("backend") or {})
+    if backend is None:
+        backend = _named("backends", manifest["backend"])
+        if manifest["backend"] in PACKAGES:
+            options.pop("engine", None)
+    if policy is None:
+        own = scenario.policy if known("policies", scenario.policy) else None
+        same = own is not None and called("policies", own, make_policy(None, scenario)) == manifest["policy"]
+        policy = None if same else _named("policies", manifest["policy"])
+    body = make_backend(backend, options if isinstance(backend, str) else None, scenario)
+    return Colony(
+        scenario, backend=body, policy=policy, mode=manifest["mode"], episodes=manifest["episodes"],
+        seed=manifest["seed"], sink=writer, initial=start_with(manifest["options"].get("initial")), decisions=decisions,
+        kinds=kinds,
+    )  # fmt: skip
+
+
+def _named(group: str, name: str) -> str:
+    if not known(group, name):
+        kind = "policy" if group == "policies" else "backend"
+        raise ColonysimError(
+            f"its {kind} {name!r} is code of others, which no run directory imports by itself; give {kind}={name!r}"
+        )
+    return name
