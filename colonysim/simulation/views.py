@@ -98,6 +98,12 @@ class AgentsView(_OfWorld):
         return _array([status.value for status in self._world.agent_status], "U6")
 
     @property
+    def group(self) -> NDArray[np.str_]:
+        """Name of each agent's group; empty if the scenario has none."""
+        names = [group.name for group in self._world.scenario.groups for _ in group.agents]
+        return _array(names or [""] * len(self), "str")
+
+    @property
     def steps(self) -> NDArray[np.int64]:
         """Steps that each agent has begun in this episode."""
         return _array(self._episode.steps, "int64")

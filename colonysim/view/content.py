@@ -78,6 +78,7 @@ def introduce(run: Run) -> Block:
         "seed": str(run.manifest["seed"]),  # a browser's numbers end at 2**53, seeds do not
         "hash": run.trace_sha256,
         "radius": scenario.detection_radius,
+        **({"radii": [g.detection_radius for g in scenario.groups for _ in g.agents]} if scenario.groups else {}),
         "reach": scenario.reach,
         "maxSteps": scenario.max_steps,
         "chance": _CHANCE,

@@ -60,6 +60,10 @@ def test_agents_are_numbered_group_after_group_and_drawn_ones_are_free():
     scenario = colonysim.scenario_from_document(made)
     assert [group.agents for group in scenario.groups] == [range(20), range(20, 23), range(23, 38)]
     assert len(set(scenario.agents)) == 38 and scenario.agents[20:23] == (0, 1, 2)
+    with colonysim.Colony(scenario) as colony:
+        assert colony.agents.group.tolist() == ["drawn"] * 20 + ["listed"] * 3 + ["too"] * 15
+    with colonysim.Colony("sanity") as colony:
+        assert colony.agents.group.tolist() == [""]
 
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])

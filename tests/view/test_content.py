@@ -135,3 +135,13 @@ def test_slots_are_the_different_rows_in_order() -> None:
         rows = draws.integers(-1, 12, shape)
         slots, which = marks._distinct(rows)
         assert slots.tolist() == np.unique(rows, axis=0).tolist() and (slots[which] == rows).all()
+
+
+def test_each_agent_has_the_radius_of_its_group(tmp_path: Path) -> None:
+    document = {
+        "topology": {"kind": "line", "nodes": 9}, "goal": 8, "detection_radius": 2.0,
+        "groups": [{"name": "far", "agents": [0, 1], "detection_radius": 6.5}, {"name": "near", "agents": [4]}],
+    }  # fmt: skip
+    run = colonysim.run(colonysim.scenario_from_document(document), episodes=1, out=tmp_path / "run")
+    head, _ = unpack(gather(run).compressed())
+    assert head["radius"] == 2.0 and head["radii"] == [6.5, 6.5, 2.0]

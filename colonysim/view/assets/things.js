@@ -29,7 +29,7 @@ const visible = ({ camera, unit }, x, y) => x > -unit && y > -unit && x < camera
 function drawSight(pen, { run, camera, colours, replay }, agent) {
   const node = replay.agentNode[agent];
   const x = camera.screenX(run.nodes.x[node]), y = camera.screenY(run.nodes.y[node]);
-  const radius = run.radius * camera.scale;
+  const radius = (run.radii?.[agent] ?? run.radius) * camera.scale;
   pen.save();
   pen.globalAlpha = 0.3;
   pen.fillStyle = colours.css.sky;
