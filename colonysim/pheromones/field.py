@@ -52,8 +52,9 @@ class Field(Protocol):
     stands on the visited node could see and writes its own values there, nothing else; `key` tells the values of
     one node apart (H: by hole) or, for B, `node` is the box and `key` the hole.
 
-    A colony can be saved and forked if each of its fields has two more methods: `state(self) -> dict` returns all that the
-    field is as plain data (`colonysim.states`), and `restore(self, state)` makes another one for the same world the same.
+    A colony can be saved and forked if each of its fields has two more methods: `state(self) -> dict` returns all that
+    the field is as plain data (`colonysim.states`), and `restore(self, state)` makes another one for the same world the
+    same.
 
     Attributes:
         name: As policies, traces and plots call it ("D", "B", "H", "E" are the paper's).

@@ -50,8 +50,8 @@ def check_policy(
 
     Raises:
         ConformanceError: The first broken promise: "repeatable", "no state of its own", "memory", "randomness",
-            "legal intents", "local decisions", "local marks" or, where its memories are plain data or it has `state` and
-            `restore`, "saving"; the message says what happened.
+            "legal intents", "local decisions", "local marks" or, where its memories are plain data or it has `state`
+            and `restore`, "saving"; the message says what happened.
 
     Example:
         ```python

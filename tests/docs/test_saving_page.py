@@ -32,7 +32,8 @@ def test_the_examples_run(tmp_path: Path, capsys: pytest.CaptureFixture[str], mo
     module = ModuleType("alarms")
     module.Alarm = names["Alarm"]  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "alarms", module)
-    scenario = colonysim.load_scenario("hard", None, {"policy.extra_fields": ["alarms:Alarm"], "policy.weights.A": -1.0})
+    settings = {"policy.extra_fields": ["alarms:Alarm"], "policy.weights.A": -1.0}
+    scenario = colonysim.load_scenario("hard", None, settings)
     colony = colonysim.Colony(scenario, seed=1)
     colony.run_until(time=20.0)
     assert colony.fields["A"].values().sum() > 0
