@@ -21,7 +21,7 @@ from colonysim.errors import ColonysimError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["MOST", "NUMPY_KINDS", "State", "Stored", "copied", "number_kind"]
+__all__ = ["MOST", "NUMPY_KINDS", "State", "Stored", "copied", "number_kind", "says"]
 
 State: TypeAlias = "dict[str, Any]"
 """The state of a part, by names of its own."""
@@ -144,6 +144,19 @@ class Stored:
 
 def _no_nan(numbers: Iterable[float]) -> bool:
     return not any(map(math.isnan, numbers))
+
+
+def says(part: object, name: str) -> bool:
+    """Whether a part has a method, and none of its classes that derive from the method's own adds others.
+
+    What a class adds to the state of the one that it derives from, the inherited method cannot know.
+    """
+    for kind in type(part).__mro__:
+        if name in vars(kind):
+            return callable(getattr(part, name, None))
+        if any(callable(value) and not own.startswith("__") for own, value in vars(kind).items()):
+            return False
+    return callable(getattr(part, name, None))
 
 
 def number_kind(value: object) -> str:

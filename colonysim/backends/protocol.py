@@ -59,6 +59,13 @@ class Backend(Protocol):
     Two more attributes may be there. `feasible_way` (a `FeasibleWay`) is for backends that can tell about pushes after
     the next one; it is asked about nodes within the agent's sight. Where it is absent or None, `feasible` is asked
     alone. `recording` (a bool) is set before `reset`, where it is there: False when nobody wants the `rows`.
+
+    A backend takes part in saving and forking colonies in one of two ways. Either it has the methods
+    `state(self) -> dict`, which says all that it is between two calls as plain data (`colonysim.states`), and
+    `restore(self, state)`, which is called after `reset` of the same episode and makes it so again. Or it says
+    `replayable = True`: the same calls in the same order come to the same outcomes, bit for bit; a new instance is then
+    taken through the episode again. In both cases `reseed(self, streams)` gives it other random streams of the episode
+    from now on. A colony on a backend without these cannot be saved.
     """
 
     name: str

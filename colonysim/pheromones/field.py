@@ -57,6 +57,10 @@ class Field(Protocol):
     ends with an error that names the field. `settle()` is called before edges of the place come or go: a field whose
     marks spread along edges lazily has to bring them up to date (`NodeValues.settle`).
 
+    A colony can be saved and forked if each of its fields has two more methods: `state(self) -> dict` returns all that
+    the field is as plain data (`colonysim.states`), and `restore(self, state)` makes another one for the same world the
+    same.
+
     Attributes:
         name: As policies, traces and plots call it ("D", "B", "H", "E" are the paper's).
         by_box: Whether values belong to boxes instead of nodes.

@@ -41,6 +41,10 @@ class Policy(Protocol):
 
     A policy is built with the scenario (`Policy(scenario)`) and reads its parameters from it.
 
+    A colony is saved with what its agents remember. Memories that are plain data (None, numbers, text, lists, tuples,
+    mappings, arrays) need nothing for that; for others a policy has the methods `state(self, agent, memory)`, which
+    returns plain data for a memory, and `restore(self, agent, state)`, which makes the memory again.
+
     Attributes:
         name: As results and traces call it.
     """

@@ -73,8 +73,8 @@ def check_savable(colony: Colony) -> None:
     body = colony._body
     if not (says_state(body) or getattr(body, "replayable", False)):
         raise PluginError(
-            f"backend {body.name!r} can neither say its state (methods 'state' and 'restore') nor go through an "
-            "episode again exactly ('replayable'), without which a colony cannot be saved"
+            f"backend {body.name!r} can neither say its state (methods 'state' and 'restore' of its own) nor go "
+            "through an episode again exactly ('replayable'), without which a colony cannot be saved"
         )
 
 

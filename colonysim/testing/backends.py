@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, TypeAlias
 from colonysim.arguments import as_seed, whole
 from colonysim.plugins import lacking
 from colonysim.randomness import Streams
-from colonysim.simulation import simulate
-from colonysim.testing.promises import ConformanceError, Recorder, global_randomness, same_traces
+from colonysim.simulation import Colony, simulate
+from colonysim.states import says
+from colonysim.testing.promises import ConformanceError, Recorder, global_randomness, same_futures, same_traces
 from colonysim.testing.watched import WatchedBackend
 from colonysim.testing.worlds import random_scenario
 from colonysim.world.intents import Push, Travel, Wait
@@ -47,7 +48,8 @@ def check_backend(
     Raises:
         ConformanceError: The first broken promise: "attributes", "determinism", "isolation", "reset", "reads only",
             "hands over", "legal outcomes", "failures are outcomes", "footprint", "feasible", "cancel", "leave",
-            "delivers once", "rows", "randomness" or "close"; the message says what happened.
+            "delivers once", "rows", "randomness", "saving" (of one that has `state` and `restore`, or says that it is
+            `replayable`) or "close"; the message says what happened.
 
     Example:
         ```python
@@ -68,6 +70,8 @@ def check_backend(
         _check_cancel_and_leave(factory, scenario, seed)
     _check_reset(factory, scenarios, episodes, seed)
     _check_close(factory, scenarios[0], seed)
+    for scenario in scenarios:
+        _check_saving(factory, scenario, episodes, seed)
 
 
 # -- whole episodes ----------------------------------------------------------------------------------------------------
@@ -119,6 +123,23 @@ def _check_isolation(
     except Exception as error:
         raise ConformanceError("isolation", f"two instances side by side: {error!r}") from error
     same_traces("isolation", "another instance running beside it makes a difference", alone, sinks[0])
+
+
+def _check_saving(factory: Factory, scenario: Scenario, episodes: int, seed: int) -> None:
+    """Colonies that take over the state of another one do what that one does."""
+    body = factory()
+    has = [name for name in ("state", "restore") if says(body, name)]
+    if len(has) == 1:
+        raise ConformanceError("saving", f"it has a method {has[0]!r}, and no other to go with it")
+    if has or getattr(body, "replayable", False):
+        for policy in ("random", "colony"):
+            same_futures(
+                lambda policy=policy: Colony(  # type: ignore[misc]
+                    scenario, backend=factory(), policy=policy, episodes=episodes, seed=seed
+                ),
+                lambda colony, number: colony.fork(number, backend=factory()),
+                reseeds=callable(getattr(body, "reseed", None)),
+            )
 
 
 def _check_reset(factory: Factory, scenarios: Sequence[Scenario], episodes: int, seed: int) -> None:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit, Write
-from colonysim.simulation import simulate
-from colonysim.testing.promises import ConformanceError, Recorder, frozen, global_randomness, same_traces
+from colonysim.simulation import Colony, simulate
+from colonysim.testing.promises import ConformanceError, Recorder, frozen, global_randomness, same_futures, same_traces
 from colonysim.testing.worlds import random_scenario
 from colonysim.world.intents import Push, Travel, Wait
 
@@ -50,7 +50,8 @@ def check_policy(
 
     Raises:
         ConformanceError: The first broken promise: "repeatable", "no state of its own", "memory", "randomness",
-            "legal intents", "local decisions" or "local marks"; the message says what happened.
+            "legal intents", "local decisions", "local marks" or, where its memories are plain data or it has `state`
+            and `restore`, "saving"; the message says what happened.
 
     Example:
         ```python
@@ -66,6 +67,8 @@ def check_policy(
         _check_runs(factory, random_scenario(seed + number), episodes, number)
     for number in range(worlds):
         _check_decisions(factory, seed + number, local)
+    for number in range(runs):
+        _check_saving(factory, random_scenario(seed + number), episodes, number)
 
 
 # -- whole runs --------------------------------------------------------------------------------------------------------
@@ -105,6 +108,26 @@ def _check_runs(factory: Factory, scenario: Scenario, episodes: int, seed: int) 
     while pair:
         pair = [run for run in pair if next(run, None) is not None]
     same_traces("no state of its own", "a second colony with the same object makes a difference", first, sinks[0])
+
+
+def _check_saving(factory: Factory, scenario: Scenario, episodes: int, seed: int) -> None:
+    """A colony in which the agents' memories were written down and read again does the same as before."""
+    policy = factory(scenario)
+    has = [name for name in ("state", "restore") if callable(getattr(policy, name, None))]
+    if len(has) == 1:
+        raise ConformanceError("saving", f"it has a method {has[0]!r}, and no other to go with it")
+
+    def make() -> Colony:
+        return Colony(scenario, policy=factory, episodes=episodes, seed=seed)
+
+    if not has:
+        try:
+            with make() as colony:
+                colony.step()
+                colony.fork().close()
+        except PluginError:  # its memories are no plain data, or its fields cannot be saved: it takes no part
+            return
+    same_futures(make, lambda colony, number: colony.fork(number))
 
 
 class _Renewed:

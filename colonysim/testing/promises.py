@@ -6,16 +6,20 @@ import dataclasses
 import random
 from collections.abc import Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
+    from colonysim.simulation import Colony
     from colonysim.world.state import World
 
-__all__ = ["ConformanceError", "Recorder", "frozen", "global_randomness", "same_traces", "world_state"]
+__all__ = [
+    "ConformanceError", "Recorder", "frozen", "global_randomness", "same_futures", "same_traces", "world_state",
+]  # fmt: skip
 
 
 class ConformanceError(ColonysimError):
@@ -45,6 +49,43 @@ class Recorder:
     def write(self, table: str, row: tuple[object, ...]) -> None:
         """Takes one row."""
         self.rows.append((table, tuple(row[:-1]) if table == "episodes" else tuple(row)))
+
+
+MOMENTS = (0, 1, 4, 13, 40)
+"""After so many events a colony is forked."""
+
+
+def same_futures(
+    make: Callable[[], Colony], fork: Callable[[Colony, int | None], Colony], *, reseeds: bool = True
+) -> None:
+    """Forks a colony at some moments; the twins must do what the colony does, and forks of one seed the same.
+
+    Args:
+        make: Makes the colony.
+        fork: Forks it, with a seed or None.
+        reseeds: Whether it can be forked with a seed.
+
+    Raises:
+        ConformanceError: They do not.
+    """
+    whole, colony, steps = list(make()), make(), 0
+    for moment in MOMENTS:
+        if moment >= len(whole):
+            break
+        while steps < moment:
+            colony.step()
+            steps += 1
+        where = f"a colony saved after {moment} events"
+        try:
+            twin = list(fork(colony, None))
+            pair = [list(fork(colony, 5)) for _ in range(2)] if reseeds else [[], []]
+        except Exception as error:
+            raise ConformanceError("saving", f"{where} fails: {error!r}") from error
+        for event, other in zip_longest(whole[moment:], twin):
+            if event != other:
+                raise ConformanceError("saving", f"{where} goes on otherwise: with {other} in place of {event}")
+        if pair[0] != pair[1]:
+            raise ConformanceError("saving", f"two forks of {where} with the same seed differ")
 
 
 def same_traces(promise: str, what: str, first: Recorder, second: Recorder) -> None:

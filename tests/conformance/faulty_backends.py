@@ -355,7 +355,54 @@ class Hoarder(Mock):
         threading.Thread(target=threading.Event().wait, daemon=True).start()
 
 
+class Reticent(Mock):
+    """Gets slower within an episode, and says nothing of it when its state is asked for."""
+
+    def start(self, agent, intent, now):
+        done = super().start(agent, intent, now)
+        return done._replace(seconds=done.seconds + self._started / 8)
+
+    def state(self):
+        return {**super().state(), "started": 0}
+
+    def restore(self, state):
+        super().restore(state)
+
+
+class HalfSavable(Mock):
+    restore = None
+
+    def state(self):
+        return super().state()
+
+
+class NotReplayable(Mock):
+    """Says that it is, but an episode after another one is not as one without it."""
+
+    state = restore = None
+    replayable = True
+
+    def __init__(self):
+        super().__init__()
+        self.resets = 0
+
+    def reset(self, world, streams):
+        super().reset(world, streams)
+        self.resets += 1
+
+    def start(self, agent, intent, now):
+        done = super().start(agent, intent, now)
+        return done._replace(seconds=done.seconds + self.resets / 8)
+
+    def close(self):
+        super().close()
+        self.resets = 0
+
+
 FAULTS: list[tuple[Any, str]] = [
+    (Reticent, "saving"),
+    (HalfSavable, "saving"),
+    (NotReplayable, "saving"),
     (Nameless, "attributes"),
     (Timeless, "attributes"),
     (Unsteady, "determinism"),

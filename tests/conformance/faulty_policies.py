@@ -177,7 +177,26 @@ class _Spilling(Exploration):
         return writes
 
 
+class LosesItsMind(Uniform):
+    """Remembers a set, and writes down nothing of it."""
+
+    def begin(self, agent, memory):
+        return memory or {agent}
+
+    def decide(self, view, memory, random):
+        if len(memory) > 3 and len(view.neighbours) > 1:
+            return Choice(Travel(view.neighbours[0]), {view.agent})
+        return super().decide(view, None, random)._replace(memory=memory | {view.node + 1000})
+
+    def state(self, agent, memory):
+        return []
+
+    def restore(self, agent, state):
+        return {agent}
+
+
 FAULTS: list[tuple[Any, str]] = [
+    (LosesItsMind, "saving"),
     (SeesAllBoxes, "local decisions"),
     (ReadsFarMarks, "local decisions"),
     (KnowsTheMap, "local decisions"),

@@ -15,7 +15,7 @@ import numpy as np
 
 from colonysim.errors import PASSED_ON, ColonysimError, PluginError, told
 from colonysim.pheromones.field import Write
-from colonysim.states import copied
+from colonysim.states import copied, says
 
 if TYPE_CHECKING:
     from colonysim.trace.rows import Rows
@@ -137,7 +137,9 @@ class Foreign:
     @property
     def savable(self) -> bool:
         """Whether the part has the two methods by which it takes part in saving."""
-        return all(callable(getattr(self._part, name, None)) for name in ("state", "restore"))
+        if self._what == "policy":  # these two speak of memories, and what derives from a policy has the same
+            return all(callable(getattr(self._part, name, None)) for name in ("state", "restore"))
+        return says(self._part, "state") and says(self._part, "restore")
 
     def check_savable(self) -> None:
         """Checks that the part can be saved.
@@ -147,8 +149,8 @@ class Foreign:
         """
         if not self.savable:
             raise self._fault(
-                f"{type(self._part).__name__} has no methods 'state' and 'restore', without which a colony cannot be "
-                "saved"
+                f"{type(self._part).__name__} has no methods 'state' and 'restore' of its own, without which a colony "
+                "cannot be saved"
             )
 
     def _copied(self, method: str, given: Any, agent: int | None = None) -> Any:
