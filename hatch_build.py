@@ -68,7 +68,7 @@ FLAGS = ("-g0", "-w", "-Wno-all", "-ffp-contract=off")
 """Contracted multiply-adds round differently, and traces have to be the same everywhere. `-w` alone hides warnings that
 are still searched for, which takes a seventh of the compiler's time."""
 THOROUGH = ("-O2", "-fno-gcse", "-fno-schedule-insns2", "-fno-tree-vectorize")
-"""What colonies run. The three passes that are left out take a sixth of the compiler's time and speed up nothing here."""
+"""What colonies run. The three passes left out take a sixth of the compiler's time and speed up nothing here."""
 QUICK = ("-Og",)
 """What drives rigid bodies: nearly all of its time is spent in the engine."""
 DRIVING = ("physics", "push")

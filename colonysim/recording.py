@@ -184,8 +184,8 @@ def run(
             groups: list[GroupResult] = []
             recorded = Run(directory, manifest, writer.results, scenario, groups)
             play(
-                begun, writer, recorded, groups=groups, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
-                checkpoint_every=checkpoint_every,
+                begun, writer, recorded, groups=groups, on_start=on_start, on_event=on_event, on_begin=on_begin,
+                tap=tap, checkpoint_every=checkpoint_every,
             )  # fmt: skip
     except Exception:
         if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):

@@ -355,8 +355,8 @@ class HoleTrail(Marks):
         aged = told.real("aged", -LATEST, LATEST)
         for hole, values in enumerate(told.listed("spread", len(self.spread))):
             if values is not None:
-                self.spread[hole] = self._new_values()
-                self.spread[hole].restore(Stored(values, f"field H, hole {hole}"))
+                fresh = self.spread[hole] = self._new_values()
+                fresh.restore(Stored(values, f"field H, hole {hole}"))
         self._fading.restore(told)
         self._aged, k = aged, 0
         for node in range(nodes):

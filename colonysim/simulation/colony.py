@@ -151,16 +151,14 @@ class Colony:
 
     def _take_policies(self, policies: GroupPolicies) -> None:
         """Has the agents decide by these policies, and leave marks in their fields."""
-        self._policy, self._fields, self._read = policies.decider, policies.fields, policies.read_by()
+        self._policy, self._fields = policies.decider, policies.fields
+        self._read, self._unmarked = policies.read_by(), policies.unmarked
 
     def _set_up(self) -> None:
         """Makes the episode, and what is shown, for the policy and the fields that there are."""
         world, fields, body = self._world, self._fields, self._body
         views = [LocalView(world, self._read[agent], body, agent) for agent in range(len(self._memories))]
-        unmarked = {id(field): field for read in self._read for field in read.values()}
-        for field in fields.values():
-            unmarked.pop(id(field), None)
-        self._episode = Episode(world, fields, body, self._policy, views, self._rows, list(unmarked.values()))
+        self._episode = Episode(world, fields, body, self._policy, views, self._rows, self._unmarked)
         self._agents, self._boxes = AgentsView(world, self._episode, views), BoxesView(world)
         self._shown_fields, self._place = FieldsView(world, fields), WorldView(world)
 

@@ -119,6 +119,7 @@ class GroupPolicies:
     Attributes:
         decider: What decides for each agent.
         fields: All fields by name: those of the policy of all, and what others have besides.
+        unmarked: Fields like these in which nobody leaves marks, if any group ignores some; see `read_by`.
 
     Raises:
         ColonysimError: Something that the scenario says of a group does not exist or does not fit.
@@ -134,6 +135,7 @@ class GroupPolicies:
         self._world, self._rows = world, rows
         self.fields: dict[str, Marks] = self._made()
         self.decider = self._distinct[0]
+        self.unmarked: list[Marks] = []
         if len(checked) > 1:
             deciders = [self.decider] * len(scenario.agents)
             for group, policy in zip(scenario.groups, policies[1:], strict=True):
@@ -154,6 +156,7 @@ class GroupPolicies:
         found: list[Mapping[str, Field]] = [self.fields] * len(scenario.agents)
         if any(group.ignores for group in scenario.groups):
             unmarked = self._made()
+            self.unmarked = list(unmarked.values())
             for group in scenario.groups:
                 own = {name: unmarked[name] if name in group.ignores else self.fields[name] for name in self.fields}
                 for agent in group.agents:
