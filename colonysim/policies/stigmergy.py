@@ -167,21 +167,17 @@ class Stigmergy(Decider):
         decay = s.epsilon_decay if s.epsilon_per == "episode" else 1.0
         return Memory(max(s.epsilon_floor, memory.epsilon * decay))
 
-    def state(self, agent: int, memory: Memory | None) -> State | None:
+    def state(self, agent: int, memory: Memory) -> State:
         """The memory of an agent as plain data."""
-        if memory is None:
-            return None
         numbers = {name: getattr(memory, name) for name in _REMEMBERED}
         return {"epsilon": memory.epsilon, "way": list(memory.way), "vain": memory.vain, **numbers}
 
-    def restore(self, agent: int, state: Any) -> Memory | None:
+    def restore(self, agent: int, state: Any) -> Memory:
         """The memory of an agent from plain data.
 
         Raises:
             ColonysimError: It is none.
         """
-        if state is None:
-            return None
         told, place = Stored(state, f"memory of agent {agent}"), self._place
         most = {"box": len(place.boxes), "sought": len(place.boxes), "shunned": len(place.boxes)}
         most |= {"hole": len(place.holes), "shunned_at": len(place.topology)}

@@ -123,7 +123,8 @@ class Clock(Alarm):
         """What is pending, and the phase."""
         return {
             "agents": list(self._pending), "until": array("d", self._pending.values()), "phase": self._phase,
-            "due": self._due, "finished": [[agent, outcome_state(outcome)] for agent, outcome in self._finished],
+            "due": 0.0 if self._phase == _IDLE else self._due,
+            "finished": [[agent, outcome_state(outcome)] for agent, outcome in self._finished],
         }  # fmt: skip
 
     def restore(self, state: Stored, world: World, now: float) -> None:

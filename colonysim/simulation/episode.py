@@ -250,7 +250,7 @@ class Episode:
             "refused": [move_state(view.refused) for view in views],
             "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
             "orders": array("d", [alarm.order for alarm in alarms]),
-            "tick": [self.ticker.due, self.ticker.order],
+            "tick": [self.ticker.due if self.ticker.scheduled else 0.0, self.ticker.order],
             "timers": self.timers.state(), "clock": self.clock.state(), "waiting": self.waiting.state(),
             "faults": None if self.faults is None else self.faults.state(),
             "timeline": self.timeline.state(), "ties": self.ties.numbers(),

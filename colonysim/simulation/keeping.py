@@ -95,12 +95,12 @@ def state_of(colony: Colony) -> State:
         ColonysimError: A part of others cannot say it.
     """
     check_savable(colony)
-    policy, streams = colony._policy, colony._streams
+    streams = colony._streams
     state: State = {
         "seed": streams.seed, "path": streams.path, "number": colony._number, "running": colony._running,
         "aged": colony._aged, "world": colony._world.state(),
         "fields": {name: field.state() for name, field in colony._fields.items()},
-        "memories": [policy.state(agent, memory) for agent, memory in enumerate(colony._memories)],
+        "memories": _memories(colony),
         "rows": colony._rows.state(), "measures": colony._measures.state(),
         "measured": [list(row) for row in colony._measured],
         "episode": colony._episode.state() if colony._number else None, "backend": None, "course": None,
@@ -114,6 +114,13 @@ def state_of(colony: Colony) -> State:
         else:
             state["backend"] = colony._body.state()  # type: ignore[attr-defined]
     return state
+
+
+def _memories(colony: Colony) -> list[Any] | None:
+    """What each agent remembers, as plain data; None before the first episode."""
+    if not colony._number:
+        return None
+    return [colony._policy.state(agent, memory) for agent, memory in enumerate(colony._memories)]
 
 
 def restore(colony: Colony, state: State) -> None:
@@ -154,8 +161,9 @@ def _take_over(colony: Colony, told: Stored) -> None:
         raise ColonysimError(f"the saved colony has other pheromone fields than this policy: {names}")
     for name, field in fields.items():
         field.restore(given.take(name))
-    memories = told.listed("memories", len(colony._memories))
-    colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
+    if colony._number:
+        memories = told.listed("memories", len(colony._memories))
+        colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
     own = colony._streams.within(f"episode/{colony._number}")
     if running:
         body.reset(world, own)  # with everything where it starts: what has changed since is in the states
@@ -238,13 +246,11 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
     Raises:
         ColonysimError: The policy was given as an object, or would have other fields.
     """
-    asked, policy, world, number, before = (
-        colony._asked, colony._policy, colony._world, colony._number, colony._episode
-    )  # fmt: skip
+    asked, world, number, before = colony._asked, colony._world, colony._number, colony._episode
     if not (asked is None or isinstance(asked, str) or callable(asked)):
         raise ColonysimError("this policy was given as an object, whose parameters no field of the scenario can set")
     fields, state = {name: field.state() for name, field in colony._fields.items()}, before.state() if number else None
-    memories = [policy.state(agent, memory) for agent, memory in enumerate(colony._memories)]
+    memories = _memories(colony)
     made = GroupPolicies(asked, scenario, world, colony._rows)
     world.adopt(scenario)
     colony._take_policies(made)
@@ -255,7 +261,8 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
         colony._count = max(number, scenario.episodes)
     for name, field in colony._fields.items():
         field.restore(fields[name])
-    colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
+    if memories is not None:
+        colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
     colony._set_up()
     own = colony._streams.within(f"episode/{number}")
     if colony._running and says_state(colony._body):  # which may have read the scenario when it was reset

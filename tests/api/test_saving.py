@@ -146,6 +146,15 @@ def test_between_two_episodes_and_before_the_first(tmp_path: Path, backend: str)
     assert events(Colony.load(tmp_path / "first.npz"))[-len(second) :] == second
 
 
+@pytest.mark.parametrize("engine", PACKAGES)
+def test_bodies_at_the_very_beginning_of_a_second_episode(engine: str, tmp_path: Path) -> None:
+    colony = Colony(**physics(engine), seed=3, episodes=2)
+    colony.run_until(episode=1)
+    colony.step()
+    colony.save(tmp_path / "saved.npz")
+    assert events(Colony.load(tmp_path / "saved.npz")) == events(colony)
+
+
 def test_what_is_shown_is_the_same(tmp_path: Path) -> None:
     colony = Colony("hard", seed=4, policy="paper")
     colony.run_until(time=17.0)
