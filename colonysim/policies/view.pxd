@@ -18,7 +18,7 @@ cdef class FieldWindow:
     cdef unsigned long long _tag
 
     cpdef double at(self, int node, int key=*) except? -1
-    cpdef misread(self, Senses senses)
+    cpdef _misread(self, Senses senses)
     @cython.locals(node=int)
     cpdef list values(self, nodes)
     cpdef keys(self, int node)
@@ -36,14 +36,14 @@ cdef class LocalView:
     cdef public dict fields
     cdef public bint foresees, pushes_boxes
     cdef public FieldWindow d, b, h, e
-    cdef public unsigned long long seen_as
-    cdef public int overlooked
+    cdef unsigned long long _seen_as
+    cdef int _overlooked
     cdef Senses _senses
     cdef bytearray _missed
 
     @cython.locals(world=World)
     cpdef look(self)
-    cpdef sense_with(self, Senses senses)
+    cpdef _sense_with(self, Senses senses)
     @cython.locals(box=int, missed=bytearray)
     cdef _look_badly(self, Senses senses)
     cdef bint _misses(self, int box) except? -1

@@ -76,10 +76,10 @@ class FieldWindow:
         """`at` without the check, for compiled policies: they ask about nodes that the agent can read only."""
         value = self._field.at(node, key) if self._marks is None else self._marks.at(node, key)
         if self._senses is not None:
-            value *= self._senses.factor(self._view.seen_as, self._tag, node, key)
+            value *= self._senses.factor(self._view._seen_as, self._tag, node, key)
         return value
 
-    def misread(self, senses: Senses) -> None:
+    def _misread(self, senses: Senses) -> None:
         """From now on values are read as sensors that err read them."""
         self._senses, self._tag = senses, tag_of(self._field.name)
 
@@ -151,14 +151,12 @@ class LocalView:
         node: Where it stands.
         goal: The goal, whose place every agent knows.
         held_box: The box that it holds and shares the node with, or -1.
-        seen_as: The number of the look under way, by which sensors err; 0 if they do not.
-        overlooked: How many boxes within R the agent does not see in this look.
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_missed", "_senses", "_world", "agent", "b", "d", "e", "edge_seconds", "failures",
-        "fields", "foresees", "goal", "h", "held_box", "node", "overlooked", "pushes_boxes", "radius", "refused",
-        "seen_as", "waited",
+        "_backend", "_feasible_way", "_missed", "_overlooked", "_seen_as", "_senses", "_world", "agent", "b", "d", "e",
+        "edge_seconds", "failures", "fields", "foresees", "goal", "h", "held_box", "node", "pushes_boxes", "radius",
+        "refused", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -178,7 +176,8 @@ class LocalView:
                 self.radius, self.pushes_boxes = group.detection_radius, group.pushes
         self._senses: Senses | None = None
         self._missed: bytearray | None = None  # for each box 1 if it is not seen in this look, if any may be missed
-        self.seen_as = self.overlooked = 0
+        # The number of the look under way, by which sensors err, and how many boxes within R are not seen in it.
+        self._seen_as = self._overlooked = 0
         self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
         self.d, self.b, self.h, self.e = (self.fields.get(name) or self._window(name) for name in "DBHE")
         self.edge_seconds = 1.0
@@ -198,28 +197,28 @@ class LocalView:
         if self._senses is not None:
             self._look_badly(self._senses)
 
-    def sense_with(self, senses: Senses) -> None:
+    def _sense_with(self, senses: Senses) -> None:
         """From now on the agent sees and reads with sensors that err."""
         self._senses = senses
         if senses.misses:
             self._missed = bytearray(len(self._world.box_node))
         if senses.misreads:
             for window in {*self.fields.values(), self.d, self.b, self.h, self.e}:
-                window.misread(senses)
+                window._misread(senses)
 
     def _look_badly(self, senses: Senses) -> None:
         """Begins a look with sensors that err. The box that the agent holds is not missed: it feels that one."""
-        self.seen_as = senses.look(self.agent)
+        self._seen_as = senses.look(self.agent)
         missed = self._missed
         if missed is None:
             return
-        self.overlooked = 0
+        self._overlooked = 0
         for box in range(len(missed)):
             missed[box] = 0
         for box in self._world.visibility_of(self.agent).boxes(self.node):
-            if box != self.held_box and senses.overlooks(self.seen_as, box):
+            if box != self.held_box and senses.overlooks(self._seen_as, box):
                 missed[box] = 1
-                self.overlooked += 1
+                self._overlooked += 1
 
     def _misses(self, box: int) -> bool:
         """Whether a box within R is not seen in this look."""
@@ -248,7 +247,7 @@ class LocalView:
         """x, y of a node, graph units; of another than the own one as it seems."""
         self._look_at(node)
         if self._senses is not None and self._senses.misplaces:
-            self._senses.place(self.seen_as, node, node == self.node)
+            self._senses.place(self._seen_as, node, node == self.node)
             return self._senses.x[node], self._senses.y[node]
         return self._world.topology.x[node], self._world.topology.y[node]
 
@@ -293,9 +292,9 @@ class LocalView:
         visibility.look_from(self.node)
         terrain, look = self._world.terrain, visibility.look
         for k in range(visibility.at, visibility.at + visibility.within):
-            senses.place(self.seen_as, visibility.near[k], visibility.near[k] == self.node)
+            senses.place(self._seen_as, visibility.near[k], visibility.near[k] == self.node)
         for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
-            senses.place(self.seen_as, terrain.ends[edge], False)
+            senses.place(self._seen_as, terrain.ends[edge], False)
         for k in range(visibility.at, visibility.at + visibility.within):
             self._measure(senses, visibility.near[k], look)
         for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
@@ -385,12 +384,12 @@ class LocalView:
         if len(self._world.box_node) == 0:
             return []
         found = self._world.visibility_of(self.agent).boxes(self.node)
-        return found if not self.overlooked else [box for box in found if not self._misses(box)]
+        return found if not self._overlooked else [box for box in found if not self._misses(box)]
 
     def box_node(self, box: int) -> int:
         """Where a visible box is."""
         node = self._world.box_node[box] if box >= 0 else -1
-        if not self.sees(node) or (self.overlooked and self._misses(box)):
+        if not self.sees(node) or (self._overlooked and self._misses(box)):
             raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
         return node
 
@@ -407,14 +406,14 @@ class LocalView:
         """The topmost box on a visible node, or -1."""
         self._look_at(node)
         box = self._world.top[node]
-        return -1 if self.overlooked and box >= 0 and self._misses(box) else box
+        return -1 if self._overlooked and box >= 0 and self._misses(box) else box
 
     def boxes_beside(self, found: array[int]) -> int:
         """Writes the neighbours that lie within R and have a box into `found`; returns how many there are."""
         world, terrain, count = self._world, self._world.terrain, 0
         for edge in range(terrain.first[self.node], terrain.first[self.node + 1]):
             j = terrain.ends[edge]
-            if self.overlooked and world.top[j] >= 0 and self._misses(world.top[j]):
+            if self._overlooked and world.top[j] >= 0 and self._misses(world.top[j]):
                 continue
             if world.top[j] >= 0 and world.visibility_of(self.agent).neighbourhoods.both(self.node, j):
                 found[count] = j
@@ -423,14 +422,14 @@ class LocalView:
 
     def box_at_hand(self) -> bool:
         """Whether there is a box on the own node or next to it."""
-        if self.overlooked:
+        if self._overlooked:
             return len([node for node in (self.node, *self.neighbours) if self.top_box(node) >= 0]) > 0
         return self._world.box_at_hand(self.node)
 
     def box_in_sight(self) -> bool:
         """Whether there is a box within R."""
         world = self._world
-        if self.overlooked:
+        if self._overlooked:
             return len(self.boxes()) > 0
         return len(world.box_node) > 0 and world.visibility_of(self.agent).sees_box(self.node)
 

@@ -186,7 +186,7 @@ class Episode:
             senses = self.faults.senses
             for view in self.views:
                 if senses is not None:
-                    view.sense_with(senses)
+                    view._sense_with(senses)
         faults = self.faults
         self.stops, self.loses = faults is not None and faults.stops, faults is not None and faults.loses
         self.breaks = faults is not None and faults.moves
@@ -589,7 +589,7 @@ class Episode:
         view.look()
         decision = self.policy.think(view, self.memories[agent], self.random[agent])
         self.memories[agent] = decision.memory
-        if view.overlooked and decision.node < 0:
+        if view._overlooked and decision.node < 0:
             self._look_again(view, decision)
         if rows.kept:
             choice, options = decision.choice, decision.options
