@@ -155,6 +155,8 @@ class Timeline:
                 self._arm(alarm, 0.0, at)
         self.waiting = [self._alarms[number] for number in told.wholes("waiting", None, 0, count - 1)]
         self._episode.awaited = bool(self.waiting)
+        for field in self._episode.unmarked:  # whose states are not kept
+            field.goal_moved(self._world.goal)
 
     # -- what can be -------------------------------------------------------------------------------------------------
 

@@ -264,3 +264,23 @@ def test_what_comes_of_a_timeline_can_be_read_plotted_and_shown(tmp_path):
     assert draw(run, what=["map", "trajectories", "fates"])
     assert write_page(run).stat().st_size
     assert write_video(run, tmp_path / "run.gif", seconds=1, fps=5).stat().st_size
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_a_colony_with_a_timeline_can_be_saved_at_any_moment(mode, tmp_path):
+    for seed in range(12):
+        rng, scenario = random.Random(seed), with_timeline(seed)
+        whole = list(colonysim.Colony(scenario, mode=mode, seed=seed))
+        colony = colonysim.Colony(scenario, mode=mode, seed=seed)
+        before = [colony.step() for _ in range(rng.randrange(len(whole)))]
+        colony.save(tmp_path / "colony.npz")
+        assert before + list(colonysim.Colony.load(tmp_path / "colony.npz")) == whole
+
+
+def test_a_goal_that_has_moved_is_known_to_who_ignores_d(tmp_path):
+    groups = {"groups": [{"name": "all", "agents": [0], "ignores": ["D"]}], "agents": None}
+    scenario = line({"move_goal": 2}, nodes=5, **groups)
+    whole = list(colonysim.Colony(scenario, seed=1))
+    colony = colonysim.Colony(scenario, seed=1)
+    before = [colony.step() for _ in range(2)]
+    assert before + list(colony.fork()) == whole
