@@ -29,6 +29,7 @@ class Outside:
         policy: That other policy, as for a colony: the scenario's own if None.
 
     Attributes:
+        name: As results and traces call it.
         outside: True of every policy whose decisions come from outside.
 
     Example:
@@ -41,13 +42,18 @@ class Outside:
         ```
     """
 
+    name = "outside"
     outside = True
 
     def __init__(
         self, scenario: Scenario, policy: str | Policy | Callable[[Scenario], Policy] | None = None
     ) -> None:
         self._policy: Any = make_policy(policy, scenario)
-        self.name = f"outside-{self._policy.name}"
+
+    @classmethod
+    def over(cls, policy: str | Policy | Callable[[Scenario], Policy] | None) -> Callable[[Scenario], Outside]:
+        """What makes such a policy over another one: to be given to a colony as its policy."""
+        return _Over(policy)
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """Those of the other policy."""
@@ -72,3 +78,13 @@ class Outside:
         """A memory from plain data."""
         taken = getattr(self._policy, "restore", None)
         return state if taken is None else taken(agent, state)
+
+
+class _Over:
+    """Makes an `Outside` over a policy."""
+
+    def __init__(self, policy: str | Policy | Callable[[Scenario], Policy] | None) -> None:
+        self.name, self._policy = Outside.name, policy
+
+    def __call__(self, scenario: Scenario) -> Outside:
+        return Outside(scenario, self._policy)

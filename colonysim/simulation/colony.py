@@ -334,23 +334,46 @@ class Colony:
         return self._episode.asked if self._running and self._episode.asked >= 0 else None
 
     @property
-    def view(self) -> LocalView:
-        """What the agent that is asked can know.
+    def asked_together(self) -> list[int]:
+        """The agents that decide on the state as it is now, in their order, first the one that is asked.
+
+        In synchronous mode these are all that have not decided yet in this tick, else it is that one alone.
+        """
+        return [] if self.asked is None else self._episode.asking()
+
+    def view(self, agent: int | None = None) -> LocalView:
+        """What an agent can know now; of one that is under way, from where it started.
+
+        Args:
+            agent: The agent; the one that is asked if None.
 
         Raises:
-            ColonysimError: Nobody is asked.
+            ColonysimError: Nobody is asked, or there is no such agent in the place.
         """
-        return self._episode.views[self._whom()]
+        number = self._whom() if agent is None else whole("agent", agent, 0, len(self._agents) - 1)
+        if self._world.agent_node[number] < 0:
+            raise ColonysimError(f"agent {number} is not there")
+        view = self._episode.views[number]
+        view.look()
+        return view
 
-    def choice(self) -> Choice:
-        """What the policy itself would have the agent that is asked do; `answer` takes it.
+    def choice(self, agent: int | None = None) -> Choice:
+        """What the policy itself would have an agent do that has to decide; `answer` takes it.
 
         It draws from the agent's random stream, so that it is asked once for each decision that follows it.
 
+        Args:
+            agent: One of `asked_together`; the one that is asked if None.
+
         Raises:
-            ColonysimError: Nobody is asked.
+            ColonysimError: Nobody is asked, or not this agent.
         """
-        agent, episode = self._whom(), self._episode
+        first, episode = self._whom(), self._episode
+        agent = first if agent is None else agent
+        if agent not in self.asked_together:
+            raise ColonysimError(f"agent {agent} is not asked for a decision now")
+        if agent != first:
+            episode.views[agent].look()
         return cast("ForeignPolicy", self._policy).choose(
             episode.views[agent], episode.memories[agent], episode.random[agent]
         )
@@ -418,6 +441,11 @@ class Colony:
     def over(self) -> bool:
         """Whether nothing more will be handed out: all episodes have ended, or the colony is closed."""
         return not self._rows.events and (self._closed or self.completed)
+
+    @property
+    def seconds_of_an_edge(self) -> float:
+        """Typical simulated seconds of a travelled edge in this episode: the unit of `agents.waited`."""
+        return float(self._episode.edge_seconds)
 
     @property
     def agents(self) -> AgentsView:

@@ -527,6 +527,12 @@ class Episode:
         self.views[agent].look()
         self.asked = agent
 
+    def asking(self) -> list[int]:
+        """The agent that is asked, and in synchronous mode those that will be asked after it in the same tick."""
+        if not self.synchronous:
+            return [self.asked]
+        return [agent for agent in self.active[len(self.decided) :] if self.still_until[agent] <= self.now]
+
     def answer(self, decision: Decision) -> None:
         """Goes on with the decision of the agent that is asked; then the next one may be."""
         agent, self.asked = self.asked, -1

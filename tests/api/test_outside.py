@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from functools import partial
 
 import pytest
 
@@ -39,7 +38,7 @@ def native(scenario, **more):
 def test_the_policy_driven_from_outside_gives_its_own_trace(policy, mode):
     scenario, rows = colonysim.load_scenario("hard"), Recorder()
     with colonysim.Colony(
-        scenario, policy=partial(Outside, policy=policy), mode=mode, episodes=3, seed=4, sink=rows
+        scenario, policy=Outside.over(policy), mode=mode, episodes=3, seed=4, sink=rows
     ) as colony:
         assert len(driven(colony)) > 100
     same_traces("native", "driven from outside", native(scenario, policy=policy, mode=mode, episodes=3, seed=4), rows)
@@ -111,9 +110,9 @@ def test_misuse_is_answered():
     agent = colony.asked
     assert colony.step() is None and colony.run_until(time=5) is None and colony.now == 0.0
     with pytest.raises(PluginError, match="no edge leads there"):
-        colony.answer(Travel(colony.view.node))
+        colony.answer(Travel(colony.view().node))
     assert colony.asked == agent
-    colony.answer(Travel(colony.view.exits()[0]))
+    colony.answer(Travel(colony.view().exits()[0]))
     assert colony.asked is None
     colony.interrupt()
     last = colony.step()
