@@ -19,7 +19,7 @@ KINDS = ("start", "end", "goal", "lost", "spent", "episode")
 
 
 class Stretch(NamedTuple):
-    """What happened from one decision to the next.
+    """What happened from one decision to the next; it is cut where the episode ends for an agent.
 
     Attributes:
         events: The events, in order.
@@ -45,7 +45,7 @@ class Stretch(NamedTuple):
 
 
 Reward: TypeAlias = Callable[[Stretch], Sequence[float]]
-"""Returns for each agent of the colony what it is paid; those that were gone before are paid nothing whatever it says."""
+"""Returns for each agent of the colony what it is paid; whose episode ended before is paid nothing whatever it says."""
 
 
 def team_time(stretch: Stretch) -> list[float]:
@@ -53,22 +53,14 @@ def team_time(stretch: Stretch) -> list[float]:
 
     Over an episode this adds up to the mean time of arrival, negative.
     """
-    left, now, total = stretch.agents - stretch.arrived, stretch.begin, 0.0
-    for event in stretch.events:
-        if event.kind == "goal":
-            total += left * (event.time - now)
-            left, now = left - 1, event.time
-    total += left * (stretch.end - now)
-    return [-total / (max(1, stretch.agents) * stretch.unit)] * len(stretch.there)
+    left = (stretch.agents - stretch.arrived) / max(1, stretch.agents)
+    return [-left * (stretch.end - stretch.begin) / stretch.unit] * len(stretch.there)
 
 
 def own_time(stretch: Stretch) -> list[float]:
     """Each agent loses the time that passes until it is at the goal, in travelled edges."""
-    gone = {event.agent: event.time for event in stretch.events if event.kind in ("goal", "lost")}
-    return [
-        -(gone.get(agent, stretch.end) - stretch.begin) / stretch.unit if there else 0.0
-        for agent, there in enumerate(stretch.there)
-    ]
+    passed = (stretch.end - stretch.begin) / stretch.unit
+    return [-passed if there else 0.0 for there in stretch.there]
 
 
 def goal(stretch: Stretch) -> list[float]:

@@ -40,6 +40,8 @@ __all__ = ["Action", "Options", "Turns", "name_of"]
 
 Action = int | np.integer[Any] | Choice | Travel | Push | Wait
 """A number of the action space, or what a policy of this package answers."""
+ENDING = ("goal", "lost", "spent")
+"""Events that end an agent's episode before that of the colony."""
 TERMINAL = ("goal", "lost")
 """Ends of an agent's episode after which nothing is to be expected any more; all others cut it off."""
 
@@ -110,6 +112,11 @@ class Turns:
         **options: See `Options`.
 
     Attributes:
+        scenario: The scenario.
+        options: All options.
+        reward: The reward.
+        seed: The seed of the run under way.
+        episodes: How many episodes a run has.
         colony: The colony of the episode under way; None before the first.
         observer: Makes the arrays.
         agents: The agents that take part in the episode, in order.
@@ -134,10 +141,11 @@ class Turns:
             scenario = load_scenario(scenario, given["variant"], given["overrides"])
         elif given["variant"] is not None or given["overrides"]:
             raise ColonysimError("variant and overrides: the scenario is loaded already; give its path or name")
-        self.scenario, self._given, self._reward = scenario, given, reward_of(given["reward"])
+        self.scenario, self.options, self.reward = scenario, given, reward_of(given["reward"])
         self._seed, self._runs = as_seed(given["seed"]), 0
+        self.seed = self._seed
         self._keep = given["pheromones"] == "keep"
-        self._count = scenario.episodes if self._keep else 1
+        self.episodes = scenario.episodes if self._keep else 1
         self._kinds = None if callable(given["reward"]) else KINDS
         self.colony: Colony | None = None
         self._writer: TraceWriter | None = None
@@ -152,7 +160,7 @@ class Turns:
         self._clear()
 
     def _policy(self) -> Callable[[Scenario], Outside]:
-        return Outside.over(self._given["policy"])
+        return Outside.over(self.options["policy"])
 
     def _clear(self) -> None:
         count = len(self.scenario.agents)
@@ -164,6 +172,7 @@ class Turns:
         self._last, self._why, self._illegal = [""] * count, [""] * count, [False] * count
         self._since = [0.0] * count
         self._full: set[int] = set()
+        self._arrived = 0
         self._seen: tuple[int, Sight] | None = None
 
     # -- episodes ------------------------------------------------------------------------------------------------------
@@ -188,21 +197,22 @@ class Turns:
         self._begin_episode()
 
     def _begin_run(self) -> None:
-        given, seed = self._given, self._seed
+        given, seed = self.options, self._seed
         if self._runs:
             seed = Streams(self._seed).derive(f"run/{self._runs}") % (MAX_SEED + 1)
         self._runs += 1
+        self.seed = seed
         if self._trace is not None:
             self._written += 1
             self._writer = begin_run(
                 self._trace / f"run-{self._written:06d}", self.scenario, backend=given["backend"],
                 backend_options=given["backend_options"], policy=given["policy"], mode=given["mode"],
-                episodes=self._count, seed=seed,
+                episodes=self.episodes, seed=seed,
             )  # fmt: skip
         try:
             self.colony = Colony(
                 self.scenario, backend=given["backend"], backend_options=given["backend_options"], kinds=self._kinds,
-                policy=self._policy(), mode=given["mode"], episodes=self._count, seed=seed, sink=self._writer,
+                policy=self._policy(), mode=given["mode"], episodes=self.episodes, seed=seed, sink=self._writer,
                 decisions=self._writer is not None and "decisions" in self._writer.manifest["recorded"]["tables"],
             )  # fmt: skip
         except BaseException:
@@ -235,7 +245,7 @@ class Turns:
         finally:
             if self._writer is not None:
                 ends = [result.ended for result in self._writer.results]
-                done = len(ends) == self._count and ends[-1] != "interrupted"
+                done = len(ends) == self.episodes and ends[-1] != "interrupted"
                 self._finish_run("finished" if done else "interrupted")
 
     def _interrupt(self) -> None:
@@ -310,7 +320,7 @@ class Turns:
         sight = self.sight(agent)
         legal = number < observer.moves.count and sight.mask[number] == 1
         self._illegal[agent] = not legal
-        if not legal and self._given["illegal"] == "raise":
+        if not legal and self.options["illegal"] == "raise":
             raise ColonysimError(f"agent {agent}: action {number} is not allowed now, see the mask of actions")
         intent = sight.intent(number if legal else observer.moves.pause)
         assert intent is not None
@@ -325,30 +335,46 @@ class Turns:
         colony = self._held()
         while not (events and events[-1].kind == "episode") and (event := self._next(colony)) is not None:
             events.append(event)
-        there, arrived = self._there[:], sum(end == "goal" for end in self.ends.values())
-        pushed = False
-        for event in events:
-            agent = event.agent
-            if event.kind == "end":
-                self._last[agent], self._why[agent] = event.status, event.reason
-                pushed = pushed or event.action == "push"
-            elif event.kind == "start":
-                self._there[agent] = True
-            elif event.kind in ("goal", "lost", "spent"):
-                self.ends[agent] = "max_steps" if event.kind == "spent" else event.kind
-                self._there[agent] = self._there[agent] and event.kind == "spent"
-            elif event.kind == "episode":
-                for each in self.agents:
-                    self.ends.setdefault(each, event.status)
-        filled: list[int] = []
-        if pushed:
+        self.paid, begun = [0.0] * len(self._there), 0
+        now = self.begin
+        for number, event in enumerate(events):
+            self._note(event)
+            if event.kind in ENDING:
+                self._pay(events[begun : number + 1], now, event.time)
+                begun, now = number + 1, event.time
+                self._end(event)
+        self._pay(events[begun:], now, colony.now)
+        if events and events[-1].kind == "episode":
+            for agent in self.agents:
+                self.ends.setdefault(agent, events[-1].status)
+
+    def _note(self, event: Event) -> None:
+        if event.kind == "end":
+            self._last[event.agent], self._why[event.agent] = event.status, event.reason
+        elif event.kind == "start":
+            self._there[event.agent] = True
+
+    def _end(self, event: Event) -> None:
+        """The episode has ended for an agent."""
+        agent = event.agent
+        self.ends[agent] = "max_steps" if event.kind == "spent" else event.kind
+        self._there[agent] = event.kind == "spent"
+        self._arrived += event.kind == "goal"
+
+    def _pay(self, events: Sequence[Event], begin: float, end: float) -> None:
+        """Pays the agents for a stretch whose end is a decision, or the end of an agent's episode."""
+        if end == begin and not events:
+            return
+        colony, filled = self._held(), list[int]()
+        if any(event.action == "push" and event.kind == "end" for event in events):
             full = set(colony.world.holes[colony.world.filled].tolist())
             filled, self._full = sorted(full - self._full), full
         stretch = Stretch(
-            events, self.begin, colony.now, self.edge_seconds, len(self.agents), arrived, there, filled, colony
+            events, begin, end, self.edge_seconds, len(self.agents), self._arrived, self._there, filled, colony
         )
-        paid = self._reward(stretch)
-        self.paid = [float(paid[agent]) for agent in range(len(there))]
+        for agent, value in enumerate(self.reward(stretch)):
+            if agent not in self.ends:
+                self.paid[agent] += value
 
     def fork(self, seed: int | None = None) -> Self:
         """Another game in the same state, which goes on by itself and is not recorded; see `Colony.fork`."""
