@@ -170,7 +170,7 @@ class Turns:
         self.begin, self.edge_seconds = 0.0, 1.0
         self._there = [False] * count
         self._last, self._why, self._illegal = [""] * count, [""] * count, [False] * count
-        self._since = [0.0] * count
+        self._since, self._until = [0.0] * count, dict[int, float]()
         self._full: set[int] = set()
         self._arrived = 0
         self._seen: tuple[int, Sight] | None = None
@@ -346,6 +346,7 @@ class Turns:
         self._pay(events[begun:], now, colony.now)
         if events and events[-1].kind == "episode":
             for agent in self.agents:
+                self._until.setdefault(agent, colony.now)
                 self.ends.setdefault(agent, events[-1].status)
 
     def _note(self, event: Event) -> None:
@@ -357,7 +358,7 @@ class Turns:
     def _end(self, event: Event) -> None:
         """The episode has ended for an agent."""
         agent = event.agent
-        self.ends[agent] = "max_steps" if event.kind == "spent" else event.kind
+        self._until[agent], self.ends[agent] = event.time, "max_steps" if event.kind == "spent" else event.kind
         self._there[agent] = event.kind == "spent"
         self._arrived += event.kind == "goal"
 
@@ -382,6 +383,7 @@ class Turns:
         twin._writer = twin._trace = None
         twin._there, twin._last, twin._why = self._there[:], self._last[:], self._why[:]
         twin._illegal, twin._since, twin._full = self._illegal[:], self._since[:], set(self._full)
+        twin._until = dict(self._until)
         twin.agents, twin.ends, twin.paid, twin._seen = self.agents[:], dict(self.ends), self.paid[:], None
         twin.colony = None
         if self.colony is not None and not self.colony.over:
@@ -432,12 +434,14 @@ class Turns:
     def info(self, agent: int, since: float, mask: NDArray[np.int8]) -> dict[str, Any]:
         """What is told besides: the time, how long it took, and how the agent's last move came out.
 
+        The time of an agent whose episode has ended is that of its end.
+
         Args:
             agent: The agent.
             since: The time from which `dt` counts, simulated seconds.
             mask: The mask of its actions.
         """
-        now = 0.0 if self.colony is None else self.colony.now
+        now = self._until.get(agent, 0.0 if self.colony is None else self.colony.now)
         found = {
             "t": now, "dt": now - since, "outcome": self._last[agent],
             "reason": self.ends.get(agent, self._why[agent]), "action_mask": mask,

@@ -268,8 +268,12 @@ class _Watch:
                 raise ConformanceError("spaces", f"the observation of {name} is none of its space: {observation}")
         if len(turn.mask) != env.action_space(name).n:
             raise ConformanceError("spaces", f"the mask of {name} has {len(turn.mask)} actions")
+        status = colony.agents.status[turn.agent]
+        if turn.action is not None and (status != "active" or turn.agent not in colony.asked_together):
+            raise ConformanceError("who is asked", f"{name}, which is {status!r}; the colony asks {colony.asked}")
         key, now = (turn.episode, turn.agent), colony.now
-        if abs(turn.time - now) > CLOSE or abs(turn.since - self._at.get(key, 0.0)) > CLOSE:
+        late = turn.time > now if turn.action is None else abs(turn.time - now) > CLOSE
+        if late or abs(turn.since - self._at.get(key, 0.0)) > CLOSE:
             raise ConformanceError(
                 "time",
                 f"{name} is told t = {turn.time:g} s and dt = {turn.time - turn.since:g} s at {now:g} s; it decided last "
@@ -277,9 +281,6 @@ class _Watch:
             )
         if turn.action is None:
             return
-        status = colony.agents.status[turn.agent]
-        if status != "active" or turn.agent not in colony.asked_together:
-            raise ConformanceError("who is asked", f"{name}, which is {status!r}; the colony asks {colony.asked}")
         self._at[key] = now
         fresh = env.turns.observer.mask(env.turns.observer.sight(colony.view(turn.agent)))
         if tuple(fresh.tolist()) != turn.mask:
@@ -288,7 +289,7 @@ class _Watch:
         if self._asked % EVERY == 0 and turn.agent == colony.asked:
             if not colony._episode.decided:  # else others have decided already, and may get there first
                 _try_all(env, turn)
-            if hasattr(env, "observe") and colony.scenario is not None:
+            if hasattr(env, "observe"):
                 _hide(env, self._stream)
 
 
@@ -410,9 +411,9 @@ def _check_native(env: Any, played: Sequence[_Turn]) -> None:
         script.colony = colony
         paid, ends = [], []
         for _ in range(count):
-            totals, end = _episode(colony, turns)
+            totals, until = _episode(colony, turns)
             paid.append(totals)
-            ends.append(end)
+            ends.append(until)
     order = _by_time if _is_parallel(env) else list  # there all that decide on one state are asked at once
     for number, (found, native) in enumerate(zip_longest(order(asked), order(script.asked))):
         if found != native:
@@ -422,8 +423,11 @@ def _check_native(env: Any, played: Sequence[_Turn]) -> None:
             )
     for number, episode in enumerate(dict.fromkeys(turn.episode for turn in played)):
         own = [turn for turn in played if turn.episode == episode]
-        if abs(max(turn.time for turn in own) - ends[number]) > CLOSE:
-            raise ConformanceError("native run", f"episode {episode + 1} ends at another time than {ends[number]:g} s")
+        for turn in own:
+            if turn.action is None and abs(turn.time - ends[number].get(turn.agent, ends[number][-1])) > CLOSE:
+                raise ConformanceError(
+                    "time", f"the end of episode {episode + 1} for agent {turn.agent} is said to be at {turn.time:g} s"
+                )
         for agent in {turn.agent for turn in own} if isinstance(options["reward"], str) else ():
             total, expected = sum(turn.reward for turn in own if turn.agent == agent), paid[number][agent]
             if abs(total - expected) > CLOSE * (1.0 + abs(expected)):
@@ -439,10 +443,13 @@ def _by_time(asked: Sequence[tuple[int, float]]) -> list[tuple[int, float]]:
     return sorted(asked, key=lambda pair: (pair[1], pair[0]))
 
 
-def _episode(colony: Colony, turns: Any) -> tuple[list[float], float]:
-    """What each agent should be paid for the next episode of a colony, event by event, and when that ended."""
+def _episode(colony: Colony, turns: Any) -> tuple[list[float], dict[int, float]]:
+    """What each agent should be paid for the next episode of a colony, event by event, and when it ended for whom.
+
+    Under -1 stands when it ended for all that are left.
+    """
     agents = range(len(turns.scenario.agents))
-    totals, done = [0.0 for _ in agents], set[int]()
+    totals, done = [0.0 for _ in agents], dict[int, float]()
     there, arrived, before, filled = [False for _ in agents], 0, 0.0, set[int]()
     taking = 0
     while (event := colony.step()) is not None:
@@ -460,12 +467,13 @@ def _episode(colony: Colony, turns: Any) -> tuple[list[float], float]:
             totals[agent] += 0.0 if agent in done else value
         before = event.time
         if event.kind in ("goal", "lost", "spent"):
-            done.add(event.agent)
+            done[event.agent] = event.time
             arrived += event.kind == "goal"
             there[event.agent] = event.kind == "spent"
         if event.kind == "episode":
-            return totals, event.time
-    return totals, colony.now
+            done[-1] = event.time
+            break
+    return totals, done
 
 
 # -- copies ------------------------------------------------------------------------------------------------------------
