@@ -47,6 +47,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         self.action_spaces = {name: spaces.Discrete(observer.actions) for name in self.possible_agents}
         self.state_space = spaces.Box(-np.inf, np.inf, size, np.float32)
         self.agents: list[str] = []
+        self._ended = 0
 
     @property
     def colony(self) -> Colony | None:
@@ -58,7 +59,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """What an agent can do, see `colonysim.rl.sight.Moves`."""
+        """What an agent can do, see `colonysim.rl.moves.Moves`."""
         return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
@@ -75,7 +76,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         self.terminations = dict.fromkeys(self.agents, False)
         self.truncations = dict.fromkeys(self.agents, False)
         self.infos: dict[str, dict[str, Any]] = {name: {} for name in self.agents}
-        self._skip_agent_selection = None
+        self._skip_agent_selection, self._ended = None, 0
         self._take_over()
 
     def step(self, action: Action | None) -> None:
@@ -90,26 +91,25 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
 
     def _take_over(self) -> None:
         """What came of the last stretch, and whose turn it is."""
-        turns = self.turns
+        turns, paid = self.turns, self.turns.paid
+        rewards, owed, number = self.rewards, self._cumulative_rewards, self._number
         for name in self.agents:
-            agent = self._number[name]
-            self.rewards[name] = turns.paid[agent] if not self._gone(name) else 0.0
-            self._cumulative_rewards[name] += self.rewards[name]
-        for agent in turns.ends:
-            name = name_of(agent)
-            if name in self.terminations and not self._gone(name):
+            reward = rewards[name] = paid[number[name]]
+            owed[name] += reward
+        if len(turns.ends) > self._ended:
+            for agent in [*turns.ends][self._ended :]:
+                name = name_of(agent)
                 self.terminations[name], self.truncations[name] = turns.over(agent)
                 self.infos[name] = turns.info(agent, turns.since(agent), turns.observer.mask(None))
+            self._ended = len(turns.ends)
         asked = turns.asked
         if asked is not None:
-            name = self.agent_selection = name_of(asked)
+            name = self.agent_selection = self.possible_agents[asked]
             self.infos[name] = turns.info(asked, turns.since(asked), turns.mask(asked))
         elif self.agents:
             self.agent_selection = self.agents[0]
-        self._deads_step_first()
-
-    def _gone(self, name: str) -> bool:
-        return self.terminations[name] or self.truncations[name]
+        if turns.ends:
+            self._deads_step_first()
 
     def observe(self, agent: str) -> Any:
         """What an agent sees; the mask allows something only to the one that is asked."""
@@ -134,7 +134,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         twin.rewards, twin._cumulative_rewards = dict(self.rewards), dict(self._cumulative_rewards)
         twin.terminations, twin.truncations = dict(self.terminations), dict(self.truncations)
         twin.infos = {name: dict(info) for name, info in self.infos.items()}
-        twin.agent_selection = self.agent_selection
+        twin.agent_selection, twin._ended = self.agent_selection, self._ended
         return twin
 
     def close(self) -> None:

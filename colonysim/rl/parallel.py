@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +29,8 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
     """A step leads to the next decision; who is busy can do nothing until it has to decide.
 
     In `infos` `requires_decision` says whether an agent has to decide. The others see what they saw when they decided
-    last, their mask allows the last action alone, which is to do nothing, and whatever they are told to do is left aside.
+    last, in the same arrays, their mask allows the last action alone, which is to do nothing, and whatever they are told
+    to do is left aside.
     In asynchronous mode one agent decides at a time, in synchronous mode all that act in the tick. `dt` is the time
     that the step took, simulated seconds, for all agents.
 
@@ -49,7 +51,7 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         self.action_spaces = {name: spaces.Discrete(observer.actions) for name in self.possible_agents}
         self.state_space = spaces.Box(-np.inf, np.inf, (turns.state_size,), np.float32)
         self.agents: list[str] = []
-        self._seen: dict[str, NDArray[np.float32]] = {}
+        self._seen: dict[str, Observation] = {}
 
     @property
     def colony(self) -> Colony | None:
@@ -66,7 +68,7 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """What an agent can do, see `colonysim.rl.sight.Moves`; the last action is to do nothing."""
+        """What an agent can do, see `colonysim.rl.moves.Moves`; the last action is to do nothing."""
         return self.action_spaces[agent]
 
     def reset(
@@ -80,8 +82,12 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         """
         self.turns.reset(seed)
         self.agents = [name_of(agent) for agent in self.turns.agents]
-        self._seen = {name: self.turns.observe(agent)[0] for name, agent in self._there()}
+        self._seen = {name: self._busy(self.turns.observe(agent)[0]) for name, agent in self._there()}
         return self._told()
+
+    def _busy(self, numbers: NDArray[np.float32]) -> Observation:
+        """What an agent is told until it has to decide again."""
+        return self.turns.observer.observation(numbers.copy(), self.turns.observer.mask(None))
 
     def step(
         self, actions: Mapping[str, Action]
@@ -111,14 +117,17 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         return [(name, self._number[name]) for name in self.agents]
 
     def _told(self) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        turns, observations, infos = self.turns, {}, {}
-        together, none = turns.together, turns.observer.mask(None)
+        turns, observer, observations, infos = self.turns, self.turns.observer, {}, {}
+        together = turns.together
         for name, agent in self._there():
-            asked, mask = agent in together, none
+            asked = agent in together
             if asked or agent in turns.ends:
-                self._seen[name], mask = turns.observe(agent)
-            observations[name] = turns.observer.observation(self._seen[name].copy(), mask.copy())
-            infos[name] = turns.info(agent, turns.begin, mask) | {"requires_decision": asked}
+                numbers, mask = turns.observe(agent)
+                observations[name], self._seen[name] = observer.observation(numbers, mask), self._busy(numbers)
+            else:
+                observations[name], mask = self._seen[name], observer.mask(None)
+            told = infos[name] = turns.info(agent, turns.begin, mask)
+            told["requires_decision"] = asked
         return observations, infos
 
     def state(self) -> NDArray[np.float32]:
@@ -136,7 +145,7 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
             seed: All that is random from now on is drawn anew from it; None for a twin.
         """
         twin = type(self)(self.turns.fork(seed))
-        twin.agents, twin._seen = self.agents[:], {name: seen.copy() for name, seen in self._seen.items()}
+        twin.agents, twin._seen = self.agents[:], deepcopy(self._seen)
         return twin
 
     def close(self) -> None:

@@ -52,7 +52,7 @@ class ColonyMultiAgent:
         return self.observation_spaces[agent]
 
     def get_action_space(self, agent: str) -> spaces.Space[Any]:
-        """What an agent can do, see `colonysim.rl.sight.Moves`."""
+        """What an agent can do, see `colonysim.rl.moves.Moves`."""
         return self.action_spaces[agent]
 
     def reset(

@@ -1,68 +1,33 @@
+# cython: auto_pickle=False
 """What an agent sees as numbers, and what it can do from there: all that a `LocalView` tells, and nothing else."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
+from colonysim.rl.moves import OUTCOMES
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
+    from array import array
     from collections.abc import Sequence
 
-    from colonysim.policies.view import LocalView
+    from colonysim.policies.view import FieldWindow, LocalView
+    from colonysim.rl.moves import Moves, Own
     from colonysim.world.intents import Intent
 
-__all__ = ["OUTCOMES", "PARTS", "Moves", "Own", "Sight"]
+__all__ = ["BOX", "HOLE", "NEIGHBOUR", "SELF", "Sight"]
 
-PARTS = ("self", "neighbours", "pheromones", "boxes", "holes")
-"""The parts of an observation, in their order in the flat form."""
-OUTCOMES = ("arrived", "blocked", "failed", "refused")
-"""How an agent's last move came out; `refused`: the place was taken, and it did not begin."""
+SELF, NEIGHBOUR, BOX, HOLE = 10, 11, 5, 4
+"""So many numbers are told of the agent itself, of each neighbour, of each box before its worth, and of each hole."""
 UNKNOWN = -1.0
 """Chance of a push that the agent is too far away to ask about."""
 
 
-class Own(NamedTuple):
-    """What an agent knows of itself beyond its view.
-
-    Attributes:
-        left: Steps that it may still begin, as a share of `max_steps`.
-        outcome: How its last move came out, see `OUTCOMES`; "" before the first.
-    """
-
-    left: float
-    outcome: str
-
-
-class Moves:
-    """The actions of a place: whole numbers from 0, in groups.
-
-    First one for each neighbour: to travel there, or to take the box that stands there. Then one for each
-    neighbour: to push the box at hand there. Then to wait for a change, and to wait for the time of one edge. With
-    `by_action` each of the first two groups has for each neighbour one action without a hole, followed by one for each
-    hole in sight: the box is meant for that one.
-
-    Args:
-        neighbours: Most neighbours of a node.
-        holes: Most holes in sight that an action can name.
-        by_action: Whether the action says which hole a box is meant for.
-
-    Attributes:
-        count: How many actions there are.
-        wait: The action to wait for a change.
-        pause: The action to wait for one edge's time.
-    """
-
-    def __init__(self, neighbours: int, holes: int, by_action: bool) -> None:
-        self.neighbours, self.by_action = neighbours, by_action
-        self.each = 1 + holes if by_action else 1
-        self.wait = 2 * neighbours * self.each
-        self.pause = self.wait + 1
-        self.count = self.wait + 2
-
-
 class Sight:
     """What the agent that is asked sees, and what it can do.
+
+    The methods that begin with `of` write numbers into an array, from an index on.
 
     Args:
         view: The agent's view.
@@ -80,43 +45,49 @@ class Sight:
     def __init__(self, view: LocalView, moves: Moves, most_holes: int) -> None:
         self._view, self._moves = view, moves
         node = self.node = view.node
-        self.neighbours = view.neighbours
-        self.holes = view.holes()[:most_holes]
-        self.free = [view.free(j) for j in self.neighbours]
-        self.passable = [view.passable(j) for j in self.neighbours]
-        self.tops = [view.top_box(j) for j in self.neighbours]
-        self.graspable = [top >= 0 and view.graspable_from(node, top) for top in self.tops]
+        self.neighbours, holes = view.neighbours, view.holes()
+        self.holes = holes if len(holes) <= most_holes else holes[:most_holes]
+        self.free, self.passable, self.tops, self.graspable = [], [], [], []  # type: ignore[var-annotated]
+        for j in self.neighbours:
+            top = view.top_box(j)
+            self.free.append(view.free(j))
+            self.passable.append(view.passable(j))
+            self.tops.append(top)
+            self.graspable.append(top >= 0 and view.graspable_from(node, top))
         top = view.top_box(node)
         self.box = top if top >= 0 and view.graspable_from(node, top) else -1
-        self.pushable, self.chance = self._pushes()
+        self.chance = UNKNOWN
+        self.pushable = [False] * len(self.neighbours)
+        if self.box >= 0:
+            self._look_at_pushes()
         self.mask = self._mask()
 
-    def _pushes(self) -> tuple[list[bool], float]:
+    def _look_at_pushes(self) -> None:
         """For each neighbour whether the box at hand can be pushed there, and the best chance of all pushes."""
-        view, box, node = self._view, self.box, self._view.node
-        if box < 0:
-            return [False] * len(self.neighbours), UNKNOWN
-        slides = [view.can_slide(box, node, j) for j in self.neighbours]
-        asked = [j for j, can in zip(self.neighbours, slides, strict=True) if can]
-        chances = iter(view.feasible(box, asked) if asked else ())
-        each = [next(chances) if can else 0.0 for can in slides]
-        return [chance > 0.0 and free for chance, free in zip(each, self.free, strict=True)], max(each, default=0.0)
+        view, best = self._view, 0.0
+        slides = [k for k, j in enumerate(self.neighbours) if view.can_slide(self.box, self.node, j)]
+        if slides:
+            chances = view.feasible(self.box, [self.neighbours[k] for k in slides])
+            for k, chance in zip(slides, chances, strict=True):
+                self.pushable[k] = chance > 0.0 and self.free[k]
+                best = max(best, chance)
+        self.chance = best
 
     # -- actions -------------------------------------------------------------------------------------------------------
 
     def _mask(self) -> list[int]:
         moves = self._moves
+        each, pushes = moves.each, moves.neighbours * moves.each
+        named = len(self.holes) if moves.by_action else 0
         found = [0] * moves.count
         found[moves.wait] = found[moves.pause] = 1
-        each, pushes, named = moves.each, moves.neighbours * moves.each, len(self.holes) if moves.by_action else 0
-        for k, free in enumerate(self.free):
-            if free and (self.graspable[k] or self.passable[k]):
-                found[k * each] = 1
-                if self.graspable[k]:
-                    found[k * each + 1 : k * each + 1 + named] = [1] * named
+        for k in range(len(self.neighbours)):
+            if self.free[k] and (self.graspable[k] or self.passable[k]):
+                for action in range(k * each, k * each + 1 + (named if self.graspable[k] else 0)):
+                    found[action] = 1
             if self.pushable[k]:
-                at = pushes + k * each
-                found[at : at + 1 + named] = [1] * (1 + named)
+                for action in range(pushes + k * each, pushes + k * each + 1 + named):
+                    found[action] = 1
         return found
 
     def intent(self, action: int) -> Intent | None:
@@ -138,71 +109,80 @@ class Sight:
 
     def meant_for(self, box: int) -> int:
         """The hole in sight for which a box is worth most by B, of equal ones the nearest; -1 if none is in sight."""
-        view = self._view
-        if not self.holes:
-            return -1
+        view, best, least, most = self._view, -1, 0.0, 0.0
         x, y = view.position(view.box_node(box))
-        worth = view.fields["B"].at if "B" in view.fields else None
-
-        def rank(hole: int) -> tuple[float, float]:
+        for hole in self.holes:
             hole_x, hole_y = view.position(view.hole_node(hole))
-            return (0.0 if worth is None else -worth(box, hole)), (hole_x - x) ** 2 + (hole_y - y) ** 2
-
-        return min(self.holes, key=rank)
+            away = (hole_x - x) ** 2 + (hole_y - y) ** 2
+            worth = view.fields["B"].at(box, hole) if "B" in view.fields else 0.0
+            if best < 0 or worth > most or (worth == most and away < least):
+                best, least, most = hole, away, worth
+        return best
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
-    def of_self(self, own: Own, found: list[float]) -> None:
-        """Appends 10 numbers of the agent itself."""
+    def of_self(self, own: Own, found: array[float], at: int) -> None:
+        """Writes `SELF` numbers of the agent itself."""
         view = self._view
-        x, y = view.position(view.node)
+        x, y = view.position(self.node)
         goal_x, goal_y = view.goal_position
+        found[at], found[at + 1], found[at + 2] = goal_x - x, goal_y - y, view.held_box >= 0
+        found[at + 3], found[at + 4], found[at + 5] = view.waited, view.failures, own.left
         outcome = "refused" if view.refused is not None else own.outcome
-        found += (
-            goal_x - x, goal_y - y, view.held_box >= 0, view.waited, view.failures, own.left,
-            *[outcome == each for each in OUTCOMES],
-        )  # fmt: skip
+        if outcome:
+            found[at + 6 + OUTCOMES.index(outcome)] = 1.0
 
-    def of_neighbours(self, found: list[float]) -> None:
-        """Appends 11 numbers of each neighbour."""
-        view = self._view
-        x, y = view.position(view.node)
-        below = {view.hole_node(hole): view.headroom(hole) for hole in self.holes}
-        asked = view.requested()
-        for k, (j, length) in enumerate(zip(self.neighbours, view.lengths, strict=True)):
+    def of_neighbours(self, found: array[float], at: int) -> None:
+        """Writes `NEIGHBOUR` numbers of each neighbour."""
+        view, asked = self._view, self._view.requested()
+        lengths, here = view.lengths, view.position(self.node)
+        x, y = here
+        for k in range(len(self.neighbours)):
+            j = self.neighbours[k]
             other_x, other_y = view.position(j)
-            found += (
-                1.0, other_x - x, other_y - y, length, self.passable[k], self.free[k], view.occupied(j),
-                asked and view.wanted(j), self.tops[k] >= 0, self.graspable[k], below.get(j, 0.0),
-            )  # fmt: skip
+            found[at], found[at + 1], found[at + 2], found[at + 3] = 1.0, other_x - x, other_y - y, lengths[k]
+            found[at + 4], found[at + 5], found[at + 6] = self.passable[k], self.free[k], view.occupied(j)
+            found[at + 7] = asked and view.wanted(j)
+            found[at + 8], found[at + 9] = self.tops[k] >= 0, self.graspable[k]
+            for hole in self.holes:
+                if view.hole_node(hole) == j:
+                    found[at + 10] = view.headroom(hole)
+            at += NEIGHBOUR
 
-    def of_pheromones(self, names: Sequence[str], nodes: Sequence[int], found: list[float]) -> None:
-        """Appends for each node the value of each field; of one that has a value for each hole the largest."""
-        windows = [self._view.fields[name] for name in names]
+    def windows(self, names: Sequence[str]) -> list[FieldWindow]:
+        """The readable parts of the fields of these names."""
+        return [self._view.fields[name] for name in names]
+
+    def of_pheromones(self, windows: Sequence[FieldWindow], nodes: Sequence[int], found: array[float], at: int) -> None:
+        """Writes for each node the value of each field; of one that has a value for each hole the largest."""
         for j in nodes:
             for window in windows:
                 keys = window.keys(j)
-                found.append(max([window.at(j, key) for key in keys]) if keys else window.at(j))
+                found[at] = max([window.at(j, key) for key in keys]) if keys else window.at(j)
+                at += 1
 
-    def of_boxes(self, most: int, most_holes: int, found: list[float]) -> None:
-        """Appends of each box in sight, the nearest first, 5 numbers and its worth B for each hole in sight."""
+    def of_boxes(self, most: int, most_holes: int, found: array[float], at: int) -> None:
+        """Writes of each box in sight, the nearest first, `BOX` numbers and its worth B for each hole in sight."""
         view = self._view
         boxes = view.boxes()
         if not boxes:
             return
-        x, y = view.position(view.node)
-        worth = view.fields["B"].at if "B" in view.fields else None
-        near, none = [], [0.0] * (most_holes if worth is None else most_holes - len(self.holes))
+        worth = view.fields.get("B")
+        x, y = view.position(self.node)
+        near = []
         for box in boxes:
-            at = view.box_node(box)
-            box_x, box_y = view.position(at)
-            near.append(((box_x - x) ** 2 + (box_y - y) ** 2, box, at, box_x - x, box_y - y))
-        near.sort()
-        for _, box, at, dx, dy in near[:most]:
-            found += (1.0, dx, dy, view.box_height(box), self._chance(box, at))
+            node = view.box_node(box)
+            box_x, box_y = view.position(node)
+            near.append(((box_x - x) ** 2 + (box_y - y) ** 2, box, node, box_x - x, box_y - y))
+        if len(near) > 1:
+            near.sort()
+        for _, box, node, dx, dy in near[:most]:
+            found[at], found[at + 1], found[at + 2] = 1.0, dx, dy
+            found[at + 3], found[at + 4] = view.box_height(box), self._chance(box, node)
             if worth is not None:
-                found += [worth(box, hole) for hole in self.holes]
-            found += none
+                for k in range(len(self.holes)):
+                    found[at + BOX + k] = worth.at(box, self.holes[k])
+            at += BOX + most_holes
 
     def _chance(self, box: int, at: int) -> float:
         """The best chance of a push of a box at hand or on a neighbouring node; -1 of any other."""
@@ -213,12 +193,14 @@ class Sight:
         targets = self._view.pushes(box)
         return max(self._view.feasible(box, targets), default=0.0) if targets else 0.0
 
-    def of_holes(self, found: list[float]) -> None:
-        """Appends 4 numbers of each hole in sight, ascending."""
+    def of_holes(self, found: array[float], at: int) -> None:
+        """Writes `HOLE` numbers of each hole in sight, ascending."""
+        view = self._view
         if not self.holes:
             return
-        view = self._view
-        x, y = view.position(view.node)
+        x, y = view.position(self.node)
         for hole in self.holes:
             hole_x, hole_y = view.position(view.hole_node(hole))
-            found += (1.0, hole_x - x, hole_y - y, view.headroom(hole))
+            found[at], found[at + 1], found[at + 2] = 1.0, hole_x - x, hole_y - y
+            found[at + 3] = view.headroom(hole)
+            at += HOLE

@@ -9,7 +9,8 @@ import numpy as np
 from gymnasium import spaces
 
 from colonysim.errors import ColonysimError
-from colonysim.rl.sight import OUTCOMES, PARTS, Moves, Sight
+from colonysim.rl.moves import OUTCOMES, PARTS, Moves
+from colonysim.rl.sight import Sight
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from colonysim.rl.sight import Own
+    from colonysim.rl.moves import Own
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Observation", "Observer"]
@@ -80,6 +81,7 @@ class Observer:
         for part, each in self._bounds.items():
             self._slices[part] = slice(self.size, self.size + each[..., 0].size)
             self.size += each[..., 0].size
+        self._zeros = bytes(4 * self.size)
         self.flat, self.actions = flat, self.moves.count + busy
         self.action_space = spaces.Discrete(self.actions)
         self.observation_space = self._space()
@@ -100,23 +102,27 @@ class Observer:
         return Sight(view, self.moves, self._holes)
 
     def numbers(self, sight: Sight, own: Own) -> NDArray[np.float32]:
-        """All parts of an observation, one after the other."""
-        found = list[float]()
+        """All parts of an observation, one after the other.
+
+        Args:
+            sight: What the agent sees.
+            own: What it knows of itself.
+        """
+        found = array("f", self._zeros)
         for part, cut in self._slices.items():
             if part == "self":
-                sight.of_self(own, found)
+                sight.of_self(own, found, cut.start)
             elif part == "neighbours":
-                sight.of_neighbours(found)
+                sight.of_neighbours(found, cut.start)
             elif part == "pheromones":
-                sight.of_pheromones(self.names, sight.neighbours, found)
-                found += [0.0] * (cut.stop - len(self.names) - len(found))
-                sight.of_pheromones(self.names, (sight.node,), found)
+                windows = sight.windows(self.names)
+                sight.of_pheromones(windows, sight.neighbours, found, cut.start)
+                sight.of_pheromones(windows, (sight.node,), found, cut.stop - len(windows))
             elif part == "boxes":
-                sight.of_boxes(self._boxes, self._holes, found)
+                sight.of_boxes(self._boxes, self._holes, found, cut.start)
             else:
-                sight.of_holes(found)
-            found += [0.0] * (cut.stop - len(found))
-        return np.frombuffer(array("f", found), np.float32)
+                sight.of_holes(found, cut.start)
+        return np.frombuffer(found, np.float32)
 
     def mask(self, sight: Sight | None) -> NDArray[np.int8]:
         """For each action whether the agent can do that; without a sight it can do nothing."""

@@ -12,9 +12,9 @@ from colonysim.arguments import MAX_SEED, as_seed, whole
 from colonysim.errors import ColonysimError
 from colonysim.policies import Choice, Outside
 from colonysim.randomness import Streams
+from colonysim.rl.moves import PARTS, Own
 from colonysim.rl.recorded import begin_run
 from colonysim.rl.rewards import KINDS, Stretch, reward_of
-from colonysim.rl.sight import PARTS, Own
 from colonysim.rl.spaces import Observer
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
@@ -60,7 +60,7 @@ class Options(TypedDict, total=False):
         pheromones: "clear" (by default): each episode begins without marks, as a run of its own. "keep": marks last for
             as many episodes as the scenario has, which are one run; then the next run begins.
         reward: A name of `colonysim.rl.rewards.REWARDS`, or a function of a `Stretch`.
-        parts: Which parts an observation has, of `colonysim.rl.sight.PARTS`; all by default.
+        parts: Which parts an observation has, of `colonysim.rl.moves.PARTS`; all by default.
         flat: Whether an observation is one array; the mask of actions is in `infos` anyway.
         boxes: Of the boxes in sight, so many are told of; 8 by default.
         holes: The same of holes.
@@ -410,7 +410,7 @@ class Turns:
 
     def asks(self, agent: int) -> bool:
         """Whether it is an agent's turn."""
-        return agent in self.together
+        return agent == self.asked or agent in self.together
 
     def observe(self, agent: int) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """The numbers that an agent is told, and the mask of its actions."""
