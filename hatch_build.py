@@ -51,6 +51,7 @@ HOT = (
     "colonysim/push/paths.py",
     "colonysim/push/staging.py",
     "colonysim/push/state.py",
+    "colonysim/rl/sight.py",
     "colonysim/simulation/alarms.py",
     "colonysim/simulation/clock.py",
     "colonysim/simulation/episode.py",

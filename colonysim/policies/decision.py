@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from colonysim.policies.policy import Choice
+from colonysim.states import Stored
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
     from colonysim.world.intents import Intent
     from colonysim.world.state import World
 
-__all__ = ["Decider", "Decision", "Memory", "Options", "Stream", "new_decision", "new_memory"]
+__all__ = [
+    "Decider", "Decision", "Memory", "Options", "Stream", "decision_of", "decision_state", "new_decision", "new_memory",
+]  # fmt: skip
 
 
 @dataclass(unsafe_hash=True)
@@ -140,6 +143,36 @@ def new_decision(memory: Any) -> Decision:
     return decision
 
 
+def decision_state(decision: Decision) -> dict[str, Any]:
+    """What a decision comes to as plain data; what is remembered and what it was chosen from is not in it."""
+    wait = decision.wait
+    return {
+        "node": decision.node, "box": decision.box, "hole": decision.hole, "idle": decision.idle,
+        "wait": None if wait is None else {"nodes": list(wait.nodes), "seconds": wait.seconds, "clear": wait.clear},
+    }  # fmt: skip
+
+
+def decision_of(state: Any, world: World, what: str) -> Decision | None:
+    """The decision of `decision_state`; None of None.
+
+    Raises:
+        ColonysimError: It is none, or names what does not exist.
+    """
+    if state is None:
+        return None
+    told, nodes = Stored(state, what), len(world.topology)
+    decision = new_decision(None)
+    decision.node, decision.box = told.whole("node", -1, nodes - 1), told.whole("box", -1, len(world.box_node) - 1)
+    decision.hole, decision.idle = told.whole("hole", -1, len(world.scenario.holes) - 1), told.flag("idle")
+    if told.take("wait") is not None:
+        wait = told.part("wait")
+        seconds = None if wait.take("seconds") is None else wait.real("seconds", 0.0)
+        decision.wait = Wait(tuple(wait.wholes("nodes", None, 0, nodes - 1)), seconds, wait.whole("clear", -1, nodes - 1))
+    if decision.node < 0 and decision.wait is None and not decision.idle:
+        raise told.fault("node", decision.node, "a move or a wait")
+    return decision
+
+
 class Stream:
     """An agent's random stream; to look up `random` for each decision takes longer than to draw a number.
 
@@ -162,9 +195,14 @@ class Decider:
 
     A policy of this package may derive from this class; any other is called through an adapter that does
     (`simulation/foreign`).
+
+    Attributes:
+        name: As results and traces call it.
+        outside: Whether its decisions come from outside: the simulation asks for them and does not call `think`.
     """
 
     name = ""
+    outside = False
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """See `Policy.fields`."""

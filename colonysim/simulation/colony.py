@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import suppress
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 from weakref import finalize
 
 from colonysim.arguments import as_seed, real, whole
@@ -14,6 +14,7 @@ from colonysim.backends.changes import refuse_changes
 from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import make_backend
+from colonysim.policies.policy import Choice
 from colonysim.policies.view import LocalView
 from colonysim.randomness import Streams
 from colonysim.scenario.changes import refuse_unknown_marks
@@ -43,8 +44,10 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
+    from colonysim.simulation.foreign import ForeignPolicy
     from colonysim.simulation.origins import Origin
     from colonysim.trace.schema import Event, Frame, Measurement, Sink
+    from colonysim.world.intents import Intent
 
 __all__ = ["Colony"]
 
@@ -171,7 +174,7 @@ class Colony:
         out one by one, and the colony shows the state after all of them.
 
         Returns:
-            The event; None if all episodes are over.
+            The event; None if all episodes are over, or if an agent is `asked` before another one comes.
         """
         return self._next(inf)
 
@@ -191,7 +194,8 @@ class Colony:
             episode: Until the episode of this number has ended.
 
         Returns:
-            The last event on the way; None if there was none.
+            The last event on the way; None if there was none. It may be less far than asked for where an agent is
+            `asked`.
 
         Raises:
             ColonysimError: Not exactly one of them is given, or what is given cannot be.
@@ -214,7 +218,7 @@ class Colony:
             if (came := self._next(time, stay=True)) is None:
                 break
             last = came
-        if self._running:
+        if self._running and self._episode.asked < 0:
             self._reach(time)
         return last
 
@@ -282,6 +286,8 @@ class Colony:
                 begun = True
                 if events or episode.go_on(until if until < measures.due else measures.due):
                     return True
+                if episode.asked >= 0:
+                    return False
                 if episode.over:
                     self._finish()
                     if events:
@@ -333,6 +339,104 @@ class Colony:
         self._episode.begin(self._number, self._memories, own, synchronous=self.mode == "synchronous")
         return True
 
+    # -- decisions from outside --------------------------------------------------------------------------------------
+
+    @property
+    def asked(self) -> int | None:
+        """The agent that has to decide now; None while nobody is asked.
+
+        Only of a policy whose decisions come from outside (`colonysim.policies.Outside`). The events up to here may
+        not have been handed out yet.
+        """
+        return self._episode.asked if self._running and self._episode.asked >= 0 else None
+
+    @property
+    def asked_together(self) -> list[int]:
+        """The agents that decide on the state as it is now, in their order, first the one that is asked.
+
+        In synchronous mode these are all that have not decided yet in this tick, else it is that one alone.
+        """
+        return [] if self.asked is None else self._episode.asking()
+
+    def view(self, agent: int | None = None) -> LocalView:
+        """What an agent can know now; of one that is under way, from where it started.
+
+        Args:
+            agent: The agent; the one that is asked if None.
+
+        Raises:
+            ColonysimError: Nobody is asked, or there is no such agent in the place.
+        """
+        number = self._whom() if agent is None else whole("agent", agent, 0, len(self._agents) - 1)
+        if self._world.agent_node[number] < 0:
+            raise ColonysimError(f"agent {number} is not there")
+        view = self._episode.views[number]
+        view.look()
+        return view
+
+    def choice(self, agent: int | None = None) -> Choice:
+        """What the policy itself would have an agent do that has to decide; `answer` takes it.
+
+        It draws from the agent's random stream, so that it is asked once for each decision that follows it.
+
+        Args:
+            agent: One of `asked_together`; the one that is asked if None.
+
+        Raises:
+            ColonysimError: Nobody is asked, or not this agent.
+        """
+        first, episode = self._whom(), self._episode
+        agent = first if agent is None else agent
+        if agent not in self.asked_together:
+            raise ColonysimError(f"agent {agent} is not asked for a decision now")
+        if agent != first:
+            episode.views[agent].look()
+        return cast("ForeignPolicy", self._policy).choose(
+            episode.views[agent], episode.memories[agent], episode.random[agent]
+        )
+
+    def answer(self, given: Choice | Intent) -> None:
+        """Has the agent that is asked do something, after which the colony can go on.
+
+        Args:
+            given: What it wants to do; as a `Choice` with what it will remember and what the trace shows of the choice.
+
+        Raises:
+            ColonysimError: Nobody is asked.
+            PluginError: It speaks of what does not exist. The agent is still asked.
+        """
+        agent, episode = self._whom(), self._episode
+        choice = given if isinstance(given, Choice) else Choice(given, episode.memories[agent])
+        decision = cast("ForeignPolicy", self._policy).taken(agent, choice)
+        try:
+            self._course.note(self, agent, decision)
+            episode.answer(decision)
+        except BaseException:
+            self._fail()
+            raise
+
+    def _whom(self) -> int:
+        if self._calling:
+            raise ColonysimError("a colony cannot go on while it waits for an observer or a measurement of its own")
+        if self._closed or not self._running or self._episode.asked < 0:
+            raise ColonysimError("no agent is asked for a decision now: go on until one is (colony.asked)")
+        return self._episode.asked
+
+    def interrupt(self) -> None:
+        """Ends the episode under way now; its last event, of status "interrupted", is handed out next.
+
+        Raises:
+            ColonysimError: It is called by an observer or a measurement.
+        """
+        if self._calling:
+            raise ColonysimError("an episode cannot be ended by an observer or a measurement of its colony")
+        if self._running and not self._closed:
+            try:
+                self._finish()
+            except BaseException:
+                self._fail()
+                raise
+
     # -- looking on --------------------------------------------------------------------------------------------------
 
     @property
@@ -354,6 +458,11 @@ class Colony:
     def over(self) -> bool:
         """Whether nothing more will be handed out: all episodes have ended, or the colony is closed."""
         return not self._rows.events and (self._closed or self.completed)
+
+    @property
+    def seconds_of_an_edge(self) -> float:
+        """Typical simulated seconds of a travelled edge in this episode: the unit of `agents.waited`."""
+        return float(self._episode.edge_seconds)
 
     @property
     def agents(self) -> AgentsView:

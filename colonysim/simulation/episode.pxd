@@ -41,11 +41,12 @@ cdef class Episode:
     cdef public Draws ties
     cdef public Visit visit
     cdef public Waiting waiting
-    cdef public list memories, views, random, processes, marks, unmarked, outcomes, turns
+    cdef public list memories, views, random, processes, marks, unmarked, outcomes, turns, active, decided
     cdef public set finished, short
     cdef public long long number, acting, standing, armed, timed, max_steps, stepped, pause_at, slice
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
-    cdef public bint stuck, over, synchronous, clocked, awaited, paused
+    cdef public bint stuck, over, synchronous, clocked, awaited, paused, outside
+    cdef public int asked
     cdef readonly unsigned char[::1] doing, expires
     cdef readonly int[::1] asks, target, box, hole, ends_at, short_waits, spins
     cdef readonly double[::1] began, since
@@ -70,15 +71,20 @@ cdef class Episode:
     cdef _withdraw_request(self, int agent)
     @cython.locals(rested=cython.bint)
     cpdef _resume(self, int agent)
-    @cython.locals(decision=Decision)
     cdef _choose(self, int agent)
+    cdef _ask(self, int agent)
+    @cython.locals(agent=int)
+    cpdef answer(self, Decision decision)
+    cdef _follow(self, int agent, Decision decision)
     @cython.locals(process=Process)
     cdef _expect(self, int agent, double seconds, double order)
     cpdef _tick(self)
     @cython.locals(world=World)
     cdef bint _done(self, int agent) except? -1
-    @cython.locals(view=LocalView, rows=Rows, decision=Decision, options=Options, stream=Drawn)
+    @cython.locals(view=LocalView, decision=Decision, stream=Drawn)
     cdef Decision _decide(self, int agent)
+    @cython.locals(view=LocalView, rows=Rows, options=Options)
+    cdef _note(self, int agent, Decision decision)
     cdef _look_again(self, LocalView view, Decision decision)
     @cython.locals(world=World, node=int)
     cdef _reserve(self, int agent, Decision decision)

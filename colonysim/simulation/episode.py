@@ -14,7 +14,7 @@ import simpy
 from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
-from colonysim.policies.decision import Stream, new_decision
+from colonysim.policies.decision import Stream, decision_of, decision_state, new_decision
 from colonysim.simulation.alarms import LAST, LATEST, Alarm, Timers
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.faults import FAILED, Breakdowns
@@ -93,7 +93,7 @@ class Process(Alarm):
         episode = self._episode
         if episode._goes_on(self._due):
             episode._resume(self._agent)
-            if episode.awaited:
+            if episode.awaited and episode.asked < 0:
                 episode.timeline.notice()
 
 
@@ -115,7 +115,7 @@ class Ticker(Alarm):
         episode = self._episode
         if episode._goes_on(self._due):
             episode._tick()
-            if episode.awaited:
+            if episode.awaited and episode.asked < 0:
                 episode.timeline.notice()
 
 
@@ -124,6 +124,9 @@ class Episode:
 
     The process of an agent is an event that is scheduled for when its action ends or somebody wakes it, and what
     happens then (`_resume`): the action's end is settled, and the agent looks, decides, reserves, and acts or waits.
+
+    If the policy's decisions come from outside (`Decider.outside`), everything stops where an agent has to decide:
+    `asked` says which one, and `answer` goes on with its decision.
 
     Args:
         world: The world, put back to its start before each episode.
@@ -171,6 +174,7 @@ class Episode:
         self.visit, self.slice = Visit(), MOST
         self._differ(scenario, agents)
         self.stopped = new_decision(None)  # of an agent that stands still when all act at once
+        self.outside, self.asked = policy.outside, -1  # the agent that is asked for its decision, or -1
         # The changes of the scenario, and whether some of them wait for what agents do.
         self.timeline, self.awaited = Timeline(self, backend), False
 
@@ -219,7 +223,10 @@ class Episode:
         self.finished = {agent for agent in range(len(views)) if not self.timeline.takes_part(agent)}
         # Of a synchronous tick: the agents that move, and of the others the nodes that they ask to be cleared, or -1.
         self.turns: list[tuple[int, bool, int]] = []
-        self.stepped, self.paused, self.pause_at = 0, False, self.slice
+        # Of a tick that is not yet decided upon: its agents in order, and the decisions so far.
+        self.active: list[int] = []
+        self.decided: list[Decision] = []
+        self.stepped, self.paused, self.pause_at, self.asked = 0, False, self.slice, -1
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
@@ -246,6 +253,8 @@ class Episode:
             "outcomes": [outcome_state(outcome) for outcome in self.outcomes],
             "finished": sorted(self.finished), "short": sorted(self.short),
             "turns": [list(turn) for turn in self.turns],
+            "asked": self.asked, "active": list(self.active),
+            "decided": [None if each is self.stopped else decision_state(each) for each in self.decided],
             "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
             "refused": [move_state(view.refused) for view in views],
             "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
@@ -282,6 +291,11 @@ class Episode:
         self.finished = set(told.wholes("finished", None, 0, agents - 1))
         self.short = set(told.wholes("short", None, 0, agents - 1))
         self.turns = [_turn(told, turn, agents, nodes) for turn in told.listed("turns")]
+        self.asked, self.active = told.whole("asked", -1, agents - 1), told.wholes("active", None, 0, agents - 1)
+        decided = [decision_of(each, world, "a decision") for each in told.listed("decided")]
+        self.decided = [self.stopped if each is None else each for each in decided]
+        if self.asked >= 0 and not self.outside:
+            raise told.fault("asked", self.asked, "an agent whose decisions come from outside")
         waited, failures = told.column("waited", "d", agents, 0.0, LATEST), told.wholes("failures", agents)
         refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
         for agent, view in enumerate(self.views):
@@ -294,7 +308,7 @@ class Episode:
         self.timers.restore(told.part("timers"), self.env, self.now)
         self.timeline.restore(told.part("timeline"), self.now)
         self._restore_alarms(told)
-        self._restore_streams(told)
+        self.resume_streams(told)
         for name, column in columns.items():
             for agent in range(agents):
                 getattr(self, name)[agent] = column[agent]
@@ -305,6 +319,8 @@ class Episode:
             raise told.fault("target", columns["target"], "a node for each agent that acts")
         self.timed, self.acting = sum(expires), sum(not self.clock.expects(agent) for agent in acts)
         self.standing = sum(each == STANDING for each in doing)
+        if self.asked >= 0 and self.now > 0.0:
+            self.env.run(until=self.now)  # whatever is due now comes after; the answer counts its times from here
 
     def _restore_alarms(self, told: Stored) -> None:
         """Schedules the agents' alarms, and that of a synchronous episode, in the new environment."""
@@ -321,7 +337,7 @@ class Episode:
                 alarm.arm(self.env, 0.0, at, order)
         self.armed = sum(order >= 0.0 for order in orders)
 
-    def _restore_streams(self, told: Stored) -> None:
+    def resume_streams(self, told: Stored) -> None:
         """Puts the random streams to where they had come to."""
         agents = len(self.views)
         self.ties.resume(told.column("ties", "Q", agents, 0, 2**64 - 1))
@@ -399,11 +415,13 @@ class Episode:
             until: Nothing that is due later than this happens, simulated seconds.
 
         Returns:
-            Whether there are events. If not, either nothing more is due by `until`, or the episode is `over`, or it is
-            `paused` after so many of SimPy's steps as a `slice` is to have.
+            Whether there are events. If not, either nothing more is due by `until`, or an agent is `asked`, or the
+            episode is `over`, or it is `paused` after so many of SimPy's steps as a `slice` is to have.
         """
         step, rows, agents, self.paused = self.env.step, self.rows, len(self.views), False
         while not self.stuck and len(self.finished) < agents:
+            if self.asked >= 0:
+                return False
             if not self._anything_due():
                 self.due = inf
                 break
@@ -424,9 +442,9 @@ class Episode:
         return False
 
     def go_through(self, steps: int) -> bool:
-        """Goes on to a number of SimPy's steps of this episode, however long that is; False if it ends before."""
+        """Goes on to a number of SimPy's steps of this episode; False if it ends, or an agent is asked, before."""
         while self.stepped < steps:
-            if self.over or self.env.peek() == inf:
+            if self.over or self.asked >= 0 or self.env.peek() == inf:
                 return False
             self.env.step()
             self.stepped += 1
@@ -443,9 +461,11 @@ class Episode:
         return True
 
     def finish(self) -> None:
-        """Ends the episode that is over: its result and its last event."""
+        """Ends the episode, by now if it is not over: its result and its last event."""
         due, now = self.due, self.now
-        if len(self.finished) == len(self.views):
+        if not self.over:
+            ended = "interrupted"
+        elif len(self.finished) == len(self.views):
             ended = self._how_it_ended()
         elif self.stuck or self._stalls(due):
             ended = "deadlock"
@@ -533,7 +553,36 @@ class Episode:
         if self.still_until[agent] > self.now:
             self._stand(agent)
             return
-        decision = self._decide(agent)
+        if self.outside:
+            self._ask(agent)
+        else:
+            self._follow(agent, self._decide(agent))
+
+    def _ask(self, agent: int) -> None:
+        """Has everything stop until the decision of an agent comes from outside."""
+        self.views[agent].look()
+        self.asked = agent
+
+    def asking(self) -> list[int]:
+        """The agent that is asked, and in synchronous mode those that will be asked after it in the same tick."""
+        if not self.synchronous:
+            return [self.asked]
+        return [agent for agent in self.active[len(self.decided) :] if self.still_until[agent] <= self.now]
+
+    def answer(self, decision: Decision) -> None:
+        """Goes on with the decision of the agent that is asked; then the next one may be."""
+        agent, self.asked = self.asked, -1
+        self._note(agent, decision)
+        if self.synchronous:
+            self.decided.append(decision)
+            self._decide_in_turn()
+        else:
+            self._follow(agent, decision)
+        if self.awaited and self.asked < 0:
+            self.timeline.notice()
+
+    def _follow(self, agent: int, decision: Decision) -> None:
+        """Reserve, and act or wait."""
         if decision.idle:
             self._rest(agent, None)
         elif decision.wait is not None:
@@ -585,9 +634,15 @@ class Episode:
         return False
 
     def _decide(self, agent: int) -> Decision:
-        view, rows = self.views[agent], self.rows
+        view = self.views[agent]
         view.look()
         decision = self.policy.think(view, self.memories[agent], self.random[agent])
+        self._note(agent, decision)
+        return decision
+
+    def _note(self, agent: int, decision: Decision) -> None:
+        """Keeps what an agent remembers, and for the trace what it could choose from."""
+        view, rows = self.views[agent], self.rows
         self.memories[agent] = decision.memory
         if view._overlooked and decision.node < 0:
             self._look_again(view, decision)
@@ -602,7 +657,6 @@ class Episode:
                 rows.decision(
                     agent, view.node, choice.explored, decision.node, choice.targets, choice.boxes, choice.probabilities
                 )
-        return decision
 
     def _look_again(self, view: LocalView, decision: Decision) -> None:
         """Has an agent that waits, and has overlooked a box, look again after a while: nothing need change for that."""
@@ -834,10 +888,27 @@ class Episode:
     def _take_turns(self) -> None:
         """All decide, and those begin to move whose places are free."""
         going = [agent for agent in self._present() if agent not in self.finished]
-        active = [agent for agent in self._drawn(going) if not self._done(agent)]
-        for agent in active if self.stops else ():
+        self.active, self.decided = [agent for agent in self._drawn(going) if not self._done(agent)], []
+        for agent in self.active if self.stops else ():
             self._stop_by_chance(agent, False)
-        decisions = [self.stopped if self.still_until[agent] > self.now else self._decide(agent) for agent in active]
+        self._decide_in_turn()
+
+    def _decide_in_turn(self) -> None:
+        """Those who have not decided yet do so, or the next of them is asked; after the last one all move."""
+        while len(self.decided) < len(self.active):
+            agent = self.active[len(self.decided)]
+            if self.still_until[agent] > self.now:
+                self.decided.append(self.stopped)
+            elif self.outside:
+                self._ask(agent)
+                return
+            else:
+                self.decided.append(self._decide(agent))
+        self._begin_turns()
+
+    def _begin_turns(self) -> None:
+        """All have decided: those begin to move whose places are free."""
+        active, decisions, self.active, self.decided = self.active, self.decided, [], []
         timed, moving = False, 0
         for agent, decision in zip(active, decisions, strict=True):
             moves = False

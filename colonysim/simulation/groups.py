@@ -132,6 +132,8 @@ class GroupPolicies:
         policies = [main, *(policy_of_group(scenario, n, main, given) for n in range(len(scenario.groups)))]
         checked = {id(policy): checked_policy(policy, world, rows) for policy in policies}
         self._distinct = [*checked.values()]
+        if len(checked) > 1 and any(policy.outside for policy in self._distinct):
+            raise ColonysimError("decisions that come from outside are those of all agents: no group has its own policy")
         self._world, self._rows = world, rows
         self.fields: dict[str, Marks] = self._made()
         self.decider = self._distinct[0]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from colonysim import __version__
 from colonysim.errors import ColonysimError, PluginError, ScenarioError
+from colonysim.policies.decision import decision_of, decision_state
 from colonysim.randomness import Streams
 from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.origins import backend_of, policy_of, scenario_of
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from colonysim.backends.protocol import Backend
+    from colonysim.policies.decision import Decision
     from colonysim.policies.policy import Policy
     from colonysim.scenario.scenario import Scenario
     from colonysim.simulation.colony import Colony
@@ -45,20 +47,28 @@ class Course:
     Attributes:
         scenario: The scenario as it was then.
         begun: The colony's state before the episode under way began; None where it is not needed.
-        changes: What a fork changed since, after how many of SimPy's steps of the episode: the seed of new random
-            streams or None, and fields of the scenario.
+        changes: What a fork changed since, after how many of SimPy's steps of the episode and how many answers: the
+            seed of new random streams or None, and fields of the scenario.
+        answers: The decisions from outside since, each with its agent's memory.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario, self.changes = scenario, []  # type: tuple[Scenario, list[dict[str, Any]]]
+        self.answers: list[dict[str, Any]] = []
         self.begun: State | None = None
 
     def begin(self, colony: Colony) -> None:
         """The next episode of a colony is about to begin."""
-        self.scenario, self.changes, self.begun = colony.scenario, [], None
+        self.scenario, self.changes, self.answers, self.begun = colony.scenario, [], [], None
         if replays(colony._body):
             with suppress(ColonysimError):  # a part cannot say its state, which whoever wants to save it is told
                 self.begun = state_of(colony)
+
+    def note(self, colony: Colony, agent: int, decision: Decision) -> None:
+        """A decision has come from outside, which going through the episode again will need."""
+        if self.begun is not None:
+            memory = colony._policy.state(agent, decision.memory)
+            self.answers.append({"decision": decision_state(decision), "memory": copied(memory, "a memory")})
 
 
 def check_savable(colony: Colony) -> None:
@@ -107,10 +117,13 @@ def state_of(colony: Colony) -> State:
     }  # fmt: skip
     if colony._running:
         if replays(colony._body):
-            begun, changes = colony._course.begun, colony._course.changes
+            begun, changes, answers = colony._course.begun, colony._course.changes, colony._course.answers
             if begun is None:  # a part could not say it then, and most likely cannot now
                 raise ColonysimError("this colony cannot be saved before its next episode: a part had no plain state")
-            state["course"] = {"begun": copied(begun, "begun"), "changes": copied(changes, "changes")}
+            state["course"] = {
+                "begun": copied(begun, "begun"), "changes": copied(changes, "changes"),
+                "answers": copied(answers, "answers"),
+            }  # fmt: skip
         else:
             state["backend"] = colony._body.state()  # type: ignore[attr-defined]
     return state
@@ -183,21 +196,24 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
     if not isinstance(begun, dict) or begun.get("running") is not False:
         raise course.fault("begun", type(begun).__name__, "the state before an episode")
     _take_over(colony, Stored(begun, "colony before the episode"))
-    steps = told.part("episode").whole("stepped")
+    steps, answers = told.part("episode").whole("stepped"), course.listed("answers")
     colony._rows.hush(True)
     try:
         if not colony._begin_next():
             raise course.fault("begun", "the end of the run", "an episode to come")
         for change in course.listed("changes"):
             each = Stored(change, "a change")
-            _step_to(colony, each.whole("steps", 0, steps))
+            _step_to(colony, each.whole("steps", 0, steps), answers[: each.whole("answers", 0, len(answers))])
             seed = each.take("seed")
             diverge(colony, None if seed is None else each.whole("seed"), each.take("settings"))
-        _step_to(colony, steps)
+        _step_to(colony, steps, answers)
     finally:
         colony._rows.hush(False)
     colony._world.now = max(colony._world.now, told.part("world").real("now", 0.0))
-    found = {"world": colony._world.state(), "episode": colony._episode.state()}
+    episode = colony._episode
+    if episode.outside:
+        episode.resume_streams(told.part("episode"))  # whoever decided outside drew from them
+    found = {"world": colony._world.state(), "episode": episode.state()}
     for name in _MOMENT:
         before = told.take(name)
         for key, value in found[name].items():
@@ -208,9 +224,24 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
                 )
 
 
-def _step_to(colony: Colony, steps: int) -> None:
-    if not colony._episode.go_through(steps):
-        raise ColonysimError("going through the episode again came to its end before that moment")
+def _step_to(colony: Colony, steps: int, answers: Sequence[Any]) -> None:
+    """Goes through the episode under way again to a number of SimPy's steps and of answers from outside."""
+    episode, given = colony._episode, colony._course.answers
+    while True:
+        while episode.asked >= 0 and len(given) < len(answers):
+            told = Stored(answers[len(given)], "an answer")
+            decision = decision_of(told.take("decision"), colony._world, "an answer")
+            if decision is None:
+                raise told.fault("decision", None, "a decision")
+            decision.memory = colony._policy.restore(episode.asked, told.take("memory"))
+            colony._course.note(colony, episode.asked, decision)
+            episode.answer(decision)
+        if episode.stepped >= steps:
+            return
+        if not episode.go_through(steps) and episode.asked < 0:
+            raise ColonysimError("going through the episode again came to its end before that moment")
+        if episode.asked >= 0 and len(given) == len(answers) and episode.stepped < steps:
+            raise ColonysimError("going through the episode again came to a decision that nobody has taken")
 
 
 def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequence[str] | None) -> None:
@@ -236,7 +267,9 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
             colony._episode.reseed(own)
             colony._body.reseed(own)  # type: ignore[attr-defined]
     if colony._running and (seed is not None or settings):
-        change = {"steps": colony._episode.stepped, "seed": seed, "settings": now}
+        change = {
+            "steps": colony._episode.stepped, "answers": len(colony._course.answers), "seed": seed, "settings": now,
+        }  # fmt: skip
         colony._course.changes.append(change)
 
 

@@ -104,9 +104,21 @@ class AgentsView(_OfWorld):
         return _array(names or [""] * len(self), "str")
 
     @property
+    def takes_part(self) -> NDArray[np.bool_]:
+        """Whether each agent is there from the start of this episode, or joins later in it."""
+        timeline = self._episode.timeline
+        if timeline is None:  # the colony is closed
+            return _array([status.value != "absent" for status in self._world.agent_status], "bool")
+        return _array([timeline.takes_part(agent) for agent in range(len(self))], "bool")
+
+    @property
     def steps(self) -> NDArray[np.int64]:
         """Steps that each agent has begun in this episode."""
         return _array(self._episode.steps, "int64")
+
+    def steps_of(self, agent: int) -> int:
+        """`steps` of one agent."""
+        return int(self._episode.steps[agent])
 
     @property
     def waited(self) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
     from colonysim.world.state import World
 
-__all__ = ["check_policy"]
+__all__ = ["change_what_is_hidden", "check_policy"]
 
 Factory: TypeAlias = "Callable[[Scenario], Policy]"
 
@@ -223,7 +223,7 @@ class _Probe:
         # What is only read when a policy is built need not be copied.
         kept = (scenario.document, scenario.positions, scenario.physics, scenario.parameters)
         twin: LocalView = copy.deepcopy(view, {id(part): part for part in kept})
-        changes = _change_what_is_hidden(twin, self._stream)
+        changes = change_what_is_hidden(twin, self._stream)
         policy = self._factory(twin._world.scenario)
         there = _answer(policy, twin, copy.deepcopy(memory), copy.deepcopy(random))
         if here != there:
@@ -280,15 +280,21 @@ def _examine(choice: Choice, view: LocalView, world: World) -> None:
 # -- what an agent cannot see ------------------------------------------------------------------------------------------
 
 
-def _change_what_is_hidden(view: LocalView, stream: random.Random) -> list[str]:
+def change_what_is_hidden(view: LocalView, stream: random.Random, *, terrain: bool = True) -> list[str]:
     """Changes a copy of the world in everything that the view does not show; says what was changed.
 
     Boxes and agents out of sight move, terrain out of sight rises or falls, claims, reservations and requests beyond
     the neighbours appear, other agents' states change, and marks that cannot be read get other values.
+
+    Args:
+        view: The view of an agent of that copy.
+        stream: Draws what changes.
+        terrain: Whether heights change too: no copy shares its scenario with another world then.
     """
     world, changes = view._world, []
     hidden = [node for node in range(len(world.topology)) if not view.sees(node)]
-    changes += _change_terrain(world, hidden, stream)
+    if terrain:
+        changes += _change_terrain(world, hidden, stream)
     changes += _move_boxes(view, hidden, stream)
     changes += _move_agents(view, hidden, stream)
     beyond = [node for node in range(len(world.topology)) if node != view.node and node not in view.neighbours]

@@ -11,6 +11,7 @@ from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.judging import PAPER_RULES, Rules
 from colonysim.push.task import Kind
 from colonysim.push.training.episode import Episode
+from colonysim.push.training.picture import picture
 from colonysim.push.training.starts import KINDS, distribution, draw
 
 __all__ = ["PushEnv"]
@@ -35,17 +36,24 @@ class PushEnv(gymnasium.Env[Observation, np.int64]):
         rules: How an episode is run and rewarded; the paper's by default.
         starts: Name of a start distribution.
         engine: The rigid-body engine; by default the first that is installed.
+        render_mode: `"rgb_array"` for `render` to give images from above, drawn without a display.
 
     Raises:
-        ValueError: An unknown terrain, start distribution or engine.
+        ValueError: An unknown terrain, start distribution, engine or render mode.
         MissingEngineError: The engine is not installed.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - declared so by Gymnasium
+    metadata: dict[str, Any] = {  # noqa: RUF012 - declared so by Gymnasium
+        "render_modes": ["rgb_array"], "render_fps": 60 // PAPER_RULES.ticks + 1,
+    }  # fmt: skip
 
     def __init__(
-        self, terrain: str = "mixed", *, rules: Rules = PAPER_RULES, starts: str = "push", engine: str | None = None
-    ) -> None:
+        self, terrain: str = "mixed", *, rules: Rules = PAPER_RULES, starts: str = "push", engine: str | None = None,
+        render_mode: str | None = None,
+    ) -> None:  # fmt: skip
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"no render mode {render_mode!r}; there is rgb_array")
+        self.render_mode = render_mode
         if terrain not in (*KINDS, "mixed"):
             raise ValueError(f"no terrain {terrain!r}; there are {', '.join(KINDS)} and mixed")
         self._terrain = terrain
@@ -79,6 +87,18 @@ class PushEnv(gymnasium.Env[Observation, np.int64]):
         step = self._episode.step(Control(int(action)))
         told = {"reason": step.reason, "success": step.verdict == "success", "ticks": step.ticks}
         return self._observation(self._episode), step.reward, step.verdict is not None, step.truncated, told
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """The push from above, shape (360, 360, 3); None without a render mode.
+
+        Raises:
+            RuntimeError: `reset` has not been called.
+        """
+        if self.render_mode is None:
+            return None
+        if self._episode is None:
+            raise RuntimeError("call reset before render")
+        return picture(self._episode.scene, self._episode.start.task)
 
     def close(self) -> None:
         """Free the scene."""

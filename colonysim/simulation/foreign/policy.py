@@ -32,6 +32,7 @@ class ForeignPolicy(Foreign, Decider):
 
     def __init__(self, policy: Policy, world: World, rows: Rows) -> None:
         super().__init__(policy, "policy", world, rows)
+        self.outside = getattr(policy, "outside", False) is True
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """It may raise; `checked_fields` looks at what it gives."""
@@ -59,15 +60,30 @@ class ForeignPolicy(Foreign, Decider):
 
     def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """An intent that speaks of what exists, and a choice that fits the trace."""
-        agent = view.agent
+        return self.taken(view.agent, self.choose(view, memory, stream))
+
+    def choose(self, view: LocalView, memory: Any, stream: Stream) -> Choice:
+        """What the policy answers.
+
+        Raises:
+            PluginError: It is no choice.
+        """
         try:
             choice = self._part.decide(view, memory, stream.generator)
         except PASSED_ON:
             raise
         except BaseException as error:
-            raise self._raised("decide", error, agent) from error
+            raise self._raised("decide", error, view.agent) from error
         if not isinstance(choice, Choice):
-            raise self._fault(f"decide returns {SHOWN.repr(choice)}, expected a Choice", agent)
+            raise self._fault(f"decide returns {SHOWN.repr(choice)}, expected a Choice", view.agent)
+        return choice
+
+    def taken(self, agent: int, choice: Choice) -> Decision:
+        """The decision that a choice comes to.
+
+        Raises:
+            PluginError: It speaks of what does not exist, or does not fit the trace.
+        """
         decision, intent = new_decision(choice.memory), choice.intent
         bare = type(choice.targets) is tuple and not choice.targets and choice.explored is False
         if bare and type(intent) is Travel:  # most are no more than that

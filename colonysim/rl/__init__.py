@@ -1,0 +1,94 @@
+"""The colony as a place to learn in: environments for PettingZoo and RLlib, and the push as one of Gymnasium's.
+
+Needs the extra `rl`. Importing this registers the push environments (`colonysim/Push-v0` and so on).
+
+Example:
+    ```python
+    from colonysim import rl
+
+    env = rl.aec("hard", seed=1)
+    env.reset()
+    for agent in env.agent_iter():
+        observation, reward, terminated, truncated, info = env.last()
+        action = None if terminated or truncated else env.action_space(agent).sample(info["action_mask"])
+        env.step(action)
+    ```
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from colonysim.errors import MissingExtraError
+
+try:
+    from colonysim.push.registered import register
+    from colonysim.rl.aec import ColonyAEC
+    from colonysim.rl.parallel import ColonyParallel
+    from colonysim.rl.rewards import REWARDS, Reward, Stretch
+    from colonysim.rl.rllib import ColonyMultiAgent
+    from colonysim.rl.turns import Options, Turns
+except ModuleNotFoundError as error:
+    if error.name in ("gymnasium", "pettingzoo"):
+        raise MissingExtraError(f"learning needs {error.name}: pip install 'colonysim[rl]'") from error
+    raise
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from typing import Unpack
+
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = [
+    "REWARDS", "ColonyAEC", "ColonyMultiAgent", "ColonyParallel", "Options", "Reward", "Stretch", "Turns", "aec",
+    "multi_agent", "parallel",
+]  # fmt: skip
+
+register()
+
+
+def aec(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyAEC:
+    """A colony as PettingZoo's `AECEnv`: one call for each decision, in simulated time.
+
+    Args:
+        scenario: The place: a scenario, the path of its file, or the name of one that comes with the package.
+        **options: See `Options`.
+
+    Raises:
+        ColonysimError: Something that is asked for does not exist or does not fit.
+    """
+    return ColonyAEC(Turns(scenario, **options))
+
+
+def parallel(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyParallel:
+    """A colony as PettingZoo's `ParallelEnv`: a step leads to the next decision; the others are busy.
+
+    Args:
+        scenario: The place.
+        **options: See `Options`.
+
+    Raises:
+        ColonysimError: Something that is asked for does not exist or does not fit.
+    """
+    return ColonyParallel(Turns(scenario, busy=True, **options))
+
+
+def multi_agent(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyMultiAgent:
+    """A colony by the conventions of RLlib's `MultiAgentEnv`: the dicts hold those who act next.
+
+    Args:
+        scenario: The place.
+        **options: See `Options`.
+
+    Raises:
+        ColonysimError: Something that is asked for does not exist or does not fit.
+
+    Example:
+        ```python
+        class Environment(rl.ColonyMultiAgent, MultiAgentEnv):  # RLlib looks for its own class
+            def __init__(self, config):
+                MultiAgentEnv.__init__(self)
+                rl.ColonyMultiAgent.__init__(self, rl.Turns("hard", **config))
+        ```
+    """
+    return ColonyMultiAgent(Turns(scenario, **options))

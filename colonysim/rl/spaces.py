@@ -1,0 +1,147 @@
+"""The spaces of observations and actions of a colony, and the arrays that lie in them."""
+
+from __future__ import annotations
+
+from array import array
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from gymnasium import spaces
+
+from colonysim.errors import ColonysimError
+from colonysim.rl.moves import OUTCOMES, PARTS, Moves
+from colonysim.rl.sight import Sight
+from colonysim.suggest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from colonysim.rl.moves import Own
+    from colonysim.scenario.scenario import Scenario
+
+__all__ = ["Observation", "Observer"]
+
+Observation: TypeAlias = "NDArray[np.float32] | dict[str, NDArray[Any]]"
+"""What an agent is told: in the flat form one array, else one array for each part, and the mask of actions."""
+
+_INF = np.inf
+_SELF = ((-_INF, _INF),) * 2 + ((0, 1), (0, _INF), (0, _INF), (0, 1)) + ((0, 1),) * len(OUTCOMES)
+_NEIGHBOUR = ((0, 1), (-_INF, _INF), (-_INF, _INF), (0, _INF), *((0, 1),) * 6, (-_INF, _INF))
+_BOX = ((0, 1), (-_INF, _INF), (-_INF, _INF), (0, _INF), (-1, 1))
+_HOLE = ((0, 1), (-_INF, _INF), (-_INF, _INF), (-_INF, _INF))
+"""Least and greatest of each number."""
+
+
+class Observer:
+    """Turns what an agent sees into arrays of one size.
+
+    Args:
+        scenario: The place; it gives the sizes.
+        fields: The pheromone fields by name, and whether their values belong to boxes.
+        parts: Which parts an observation has.
+        flat: Whether it is one array instead of one for each part.
+        boxes: Of the boxes in sight, so many are told of, the nearest first.
+        holes: Of the holes in sight, so many, by their numbers.
+        by_action: Whether the action says which hole a box is meant for.
+        busy: Whether there is one more action, the last: to do nothing, which is all that agents can do that are not
+            asked.
+
+    Attributes:
+        moves: The actions.
+        names: The fields whose values at nodes are told.
+        observation_space: Of one agent.
+        action_space: Of one agent.
+
+    Raises:
+        ColonysimError: There is no such part.
+    """
+
+    def __init__(
+        self, scenario: Scenario, fields: Mapping[str, bool], *, parts: Sequence[str] = PARTS, flat: bool = False,
+        boxes: int = 8, holes: int = 8, by_action: bool = False, busy: bool = False,
+    ) -> None:  # fmt: skip
+        for part in parts:
+            if part not in PARTS:
+                raise ColonysimError(f"observations have no part {part!r}; {nearest(str(part), PARTS)}")
+        self._boxes, self._holes = min(boxes, len(scenario.boxes)), min(holes, len(scenario.holes))
+        neighbours = scenario.topology.most_neighbours
+        self.moves, self.busy = Moves(neighbours, self._holes, by_action), busy
+        self.names = tuple(name for name, by_box in fields.items() if not by_box)
+        rows = {
+            "self": (_SELF,), "neighbours": (_NEIGHBOUR,) * neighbours,
+            "pheromones": (((-_INF, _INF),) * len(self.names),) * (neighbours + 1),
+            "boxes": ((*_BOX, *((-_INF, _INF),) * self._holes),) * self._boxes, "holes": (_HOLE,) * self._holes,
+        }  # fmt: skip
+        bounds = {part: np.array(rows[part], np.float32) for part in PARTS if part in parts}
+        self._bounds = {part: each for part, each in bounds.items() if each.size}
+        self._shapes = {part: each.shape[:2] if part != "self" else each.shape[1:2] for part, each in bounds.items()}
+        self.size, self._slices = 0, dict[str, slice]()
+        for part, each in self._bounds.items():
+            self._slices[part] = slice(self.size, self.size + each[..., 0].size)
+            self.size += each[..., 0].size
+        self._zeros = bytes(4 * self.size)
+        self.flat, self.actions = flat, self.moves.count + busy
+        self.action_space = spaces.Discrete(self.actions)
+        self.observation_space = self._space()
+
+    def _space(self) -> spaces.Space[Any]:
+        low = np.concatenate([each[..., 0].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
+        high = np.concatenate([each[..., 1].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
+        if self.flat:
+            return spaces.Box(low, high, dtype=np.float32)
+        found: dict[str, spaces.Space[Any]] = {
+            part: spaces.Box(low[cut].reshape(self._shapes[part]), high[cut].reshape(self._shapes[part]), dtype=np.float32)
+            for part, cut in self._slices.items()
+        }
+        return spaces.Dict({**found, "action_mask": spaces.Box(0, 1, (self.actions,), np.int8)})
+
+    def sight(self, view: Any) -> Sight:
+        """What the agent of a view sees."""
+        return Sight(view, self.moves, self._holes)
+
+    def numbers(self, sight: Sight, own: Own) -> NDArray[np.float32]:
+        """All parts of an observation, one after the other.
+
+        Args:
+            sight: What the agent sees.
+            own: What it knows of itself.
+        """
+        found = array("f", self._zeros)
+        for part, cut in self._slices.items():
+            if part == "self":
+                sight.of_self(own, found, cut.start)
+            elif part == "neighbours":
+                sight.of_neighbours(found, cut.start)
+            elif part == "pheromones":
+                windows = sight.windows(self.names)
+                sight.of_pheromones(windows, sight.neighbours, found, cut.start)
+                sight.of_pheromones(windows, (sight.node,), found, cut.stop - len(windows))
+            elif part == "boxes":
+                sight.of_boxes(self._boxes, self._holes, found, cut.start)
+            else:
+                sight.of_holes(found, cut.start)
+        return np.frombuffer(found, np.float32)
+
+    def mask(self, sight: Sight | None) -> NDArray[np.int8]:
+        """For each action whether the agent can do that; without a sight it can do nothing."""
+        if sight is None:
+            found = np.zeros(self.actions, np.int8)
+            found[-1] = self.busy
+            return found
+        return np.frombuffer(bytearray(sight.mask + [0] * self.busy), np.int8)
+
+    def observation(self, numbers: NDArray[np.float32], mask: NDArray[np.int8]) -> Observation:
+        """The observation of such numbers."""
+        if self.flat:
+            return numbers
+        found: dict[str, NDArray[Any]] = {
+            part: numbers[cut].reshape(self._shapes[part]) for part, cut in self._slices.items()
+        }
+        found["action_mask"] = mask
+        return found
+
+    def nothing(self) -> NDArray[np.float32]:
+        """The numbers of an agent that sees nothing: it is not there."""
+        return np.zeros(self.size, np.float32)
