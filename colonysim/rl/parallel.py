@@ -29,8 +29,8 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
     """A step leads to the next decision; who is busy can do nothing until it has to decide.
 
     In `infos` `requires_decision` says whether an agent has to decide. The others see what they saw when they decided
-    last, in the same arrays, their mask allows the last action alone, which is to do nothing, and whatever they are told
-    to do is left aside.
+    last, in the same arrays, their mask allows the last action alone, which is to do nothing, and whatever they are
+    told to do is left aside.
     In asynchronous mode one agent decides at a time, in synchronous mode all that act in the tick. `dt` is the time
     that the step took, simulated seconds, for all agents.
 

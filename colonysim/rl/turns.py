@@ -313,7 +313,8 @@ class Turns:
 
     def _intent(self, agent: int, action: Any) -> Intent:
         if isinstance(action, bool) or not isinstance(action, int | np.integer | np.ndarray):
-            raise ColonysimError(f"agent {agent}: {action!r} is no action; expected a whole number, a Choice or an intent")
+            expected = "expected a whole number, a Choice or an intent"
+            raise ColonysimError(f"agent {agent}: {action!r} is no action; {expected}")
         number, observer = int(action), self.observer
         if not 0 <= number < observer.actions:
             raise ColonysimError(f"agent {agent}: no action {number}; expected one from 0 to {observer.actions - 1}")

@@ -59,7 +59,7 @@ cdef class Episode:
     cdef readonly long long[::1] steps
 
     @cython.locals(view=LocalView, agent=int)
-    cdef _prepare(self, number, memories, streams, synchronous)
+    cpdef prepare(self, number, memories, streams, synchronous)
     cdef _seed(self, streams)
     @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double)
     cpdef bint go_on(self, double until=*) except? -1

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 from array import array
-from itertools import chain
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -14,16 +13,15 @@ import simpy
 from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
-from colonysim.policies.decision import Stream, decision_of, decision_state, new_decision
-from colonysim.simulation.alarms import LAST, LATEST, Alarm, Timers
+from colonysim.policies.decision import Stream, new_decision
+from colonysim.simulation.alarms import Alarm, Timers
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.faults import FAILED, Breakdowns
 from colonysim.simulation.timeline import Timeline
 from colonysim.simulation.waiting import Waiting
-from colonysim.states import MOST, Stored
+from colonysim.states import MOST
 from colonysim.trace.schema import EpisodeResult
 from colonysim.world.intents import Outcome, Wait
-from colonysim.world.plain import move_of, move_state, outcome_of, outcome_state
 from colonysim.world.state import AgentStatus, nodes_of
 
 if TYPE_CHECKING:
@@ -36,7 +34,6 @@ if TYPE_CHECKING:
     from colonysim.policies.view import LocalView
     from colonysim.randomness import Streams
     from colonysim.scenario.scenario import Scenario
-    from colonysim.states import State
     from colonysim.trace.rows import Rows
     from colonysim.world.state import World
 
@@ -64,14 +61,6 @@ STOPPED, NO_PUSHER = "stopped", "does not push"
 """The reasons of an agent's wait while it stands still, and of a push that is not for an agent of its group."""
 ABSENT, LOST = AgentStatus.ABSENT, AgentStatus.LOST
 RESTING, ACTING, STANDING = 0, 1, 2
-GENERATOR, WORDS = 3, 625
-"""Version of the states of Python's generators, and how many numbers one holds."""
-_COLUMNS = {
-    "steps": ("q", 0), "since": ("d", -1.0), "short_waits": ("i", 0), "spins": ("i", 0), "target": ("i", -1),
-    "box": ("i", -1), "hole": ("i", -1), "ends_at": ("i", -1), "asks": ("i", -1), "began": ("d", 0.0),
-    "still_until": ("d", 0.0),
-}  # fmt: skip
-"""What an episode has one number of for each agent: its type and its least value."""
 
 
 class Process(Alarm):
@@ -198,7 +187,8 @@ class Episode:
 
     # -- the episode -----------------------------------------------------------------------------------------------
 
-    def _prepare(self, number: int, memories: list[Any], streams: Streams, synchronous: bool) -> None:
+    def prepare(self, number: int, memories: list[Any], streams: Streams, synchronous: bool) -> None:
+        """Makes all ready for an episode in which nothing has happened yet; the arguments are those of `begin`."""
         views = self.views
         self.number, self.memories, self.synchronous = number, memories, synchronous
         self.env = simpy.Environment()
@@ -239,116 +229,6 @@ class Episode:
         for agent, stream in enumerate(self.random):
             stream.generator.seed(streams.derive(f"agent/{agent}"))
 
-    # -- its state -------------------------------------------------------------------------------------------------
-
-    def state(self) -> State:
-        """All that the episode is between two events, besides world, fields, backend and what the agents remember."""
-        views, alarms = self.views, self.processes
-        generators = [stream.generator.getstate() for stream in self.random]
-        state: State = {name: array(kind, bytes(getattr(self, name))) for name, (kind, _) in _COLUMNS.items()}
-        return state | {
-            "now": self.now, "due": self.due, "last_outcome": self.last_outcome, "stuck": self.stuck, "over": self.over,
-            "wall": time.perf_counter() - self.wall, "stepped": self.stepped,
-            "doing": bytes(self.doing), "expires": bytes(self.expires),
-            "outcomes": [outcome_state(outcome) for outcome in self.outcomes],
-            "finished": sorted(self.finished), "short": sorted(self.short),
-            "turns": [list(turn) for turn in self.turns],
-            "asked": self.asked, "active": list(self.active),
-            "decided": [None if each is self.stopped else decision_state(each) for each in self.decided],
-            "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
-            "refused": [move_state(view.refused) for view in views],
-            "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
-            "orders": array("d", [alarm.order for alarm in alarms]),
-            "tick": [self.ticker.due if self.ticker.scheduled else 0.0, self.ticker.order],
-            "timers": self.timers.state(), "clock": self.clock.state(), "waiting": self.waiting.state(),
-            "faults": None if self.faults is None else self.faults.state(),
-            "timeline": self.timeline.state(), "ties": self.ties.numbers(),
-            "generators": array("I", chain.from_iterable(words for _, words, _ in generators)),
-            "gauss": [gauss for _, _, gauss in generators],
-        }  # fmt: skip
-
-    def restore(self, state: State, number: int, memories: list[Any], streams: Streams, *, synchronous: bool) -> None:
-        """Takes over the state of an episode.
-
-        World, fields and backend are in their states already, and the backend has been reset with the same streams;
-        the other arguments are those of `begin`.
-
-        Raises:
-            ColonysimError: It is no such state.
-        """
-        told, world, agents = Stored(state, "episode"), self.world, len(self.views)
-        nodes, boxes, holes = len(world.topology), len(world.box_node), len(world.hole_node)
-        self.timeline.enter(number)
-        self._prepare(number, memories, streams, synchronous)
-        self.now, self.due = told.real("now", 0.0, LATEST), told.real("due", 0.0)
-        self.last_outcome, self.stuck, self.over = told.real("last_outcome", 0.0), told.flag("stuck"), told.flag("over")
-        self.wall, self.stepped = time.perf_counter() - told.real("wall", 0.0), told.whole("stepped")
-        self.pause_at = min(MOST, self.stepped + self.slice)
-        most = {"target": nodes, "ends_at": nodes, "asks": nodes, "box": boxes, "hole": holes}
-        columns = {n: told.column(n, k, agents, least, most.get(n, MOST) - 1) for n, (k, least) in _COLUMNS.items()}
-        doing, expires = told.octets("doing", agents, STANDING), told.octets("expires", agents, 1)
-        outcomes = [outcome_of(each, world, "an outcome") for each in told.listed("outcomes", agents)]
-        self.finished = set(told.wholes("finished", None, 0, agents - 1))
-        self.short = set(told.wholes("short", None, 0, agents - 1))
-        self.turns = [_turn(told, turn, agents, nodes) for turn in told.listed("turns")]
-        self.asked, self.active = told.whole("asked", -1, agents - 1), told.wholes("active", None, 0, agents - 1)
-        decided = [decision_of(each, world, "a decision") for each in told.listed("decided")]
-        self.decided = [self.stopped if each is None else each for each in decided]
-        if self.asked >= 0 and not self.outside:
-            raise told.fault("asked", self.asked, "an agent whose decisions come from outside")
-        waited, failures = told.column("waited", "d", agents, 0.0, LATEST), told.wholes("failures", agents)
-        refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
-        for agent, view in enumerate(self.views):
-            view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
-            view.look()
-        if self.faults is not None:  # after the looks above, which draw
-            self.faults.restore(told.part("faults"))
-        self.waiting.restore(told.part("waiting"))
-        self.clock.restore(told.part("clock"), world, self.now)
-        self.timers.restore(told.part("timers"), self.env, self.now)
-        self.timeline.restore(told.part("timeline"), self.now)
-        self._restore_alarms(told)
-        self.resume_streams(told)
-        for name, column in columns.items():
-            for agent in range(agents):
-                getattr(self, name)[agent] = column[agent]
-        for agent in range(agents):
-            self.doing[agent], self.expires[agent], self.outcomes[agent] = doing[agent], expires[agent], outcomes[agent]
-        acts = [agent for agent in range(agents) if doing[agent] == ACTING]
-        if any(self.target[agent] < 0 for agent in (*acts, *(agent for agent, moves, _ in self.turns if moves))):
-            raise told.fault("target", columns["target"], "a node for each agent that acts")
-        self.timed, self.acting = sum(expires), sum(not self.clock.expects(agent) for agent in acts)
-        self.standing = sum(each == STANDING for each in doing)
-        if self.asked >= 0 and self.now > 0.0:
-            self.env.run(until=self.now)  # whatever is due now comes after; the answer counts its times from here
-
-    def _restore_alarms(self, told: Stored) -> None:
-        """Schedules the agents' alarms, and that of a synchronous episode, in the new environment."""
-        agents = len(self.processes)
-        due, orders = told.column("alarms", "d", agents), told.column("orders", "d", agents, -1.0, LAST)
-        ticker = Stored(dict(zip(("due", "order"), told.listed("tick", 2), strict=True)), "tick")
-        for alarm, at, order in (
-            *zip(self.processes, due, orders, strict=True),
-            (self.ticker, ticker.real("due", 0.0, LATEST), ticker.real("order", -1.0, LAST)),
-        ):
-            if order >= 0.0:
-                if not self.now <= at <= LATEST:
-                    raise told.fault("alarms", at, "times that are still to come")
-                alarm.arm(self.env, 0.0, at, order)
-        self.armed = sum(order >= 0.0 for order in orders)
-
-    def resume_streams(self, told: Stored) -> None:
-        """Puts the random streams to where they had come to."""
-        agents = len(self.views)
-        self.ties.resume(told.column("ties", "Q", agents, 0, 2**64 - 1))
-        words, gauss = told.column("generators", "I", agents * WORDS, 0), told.listed("gauss", agents)
-        for agent, stream in enumerate(self.random):
-            own = tuple(words[agent * WORDS : (agent + 1) * WORDS])
-            try:
-                stream.generator.setstate((GENERATOR, own, gauss[agent]))
-            except (TypeError, ValueError) as error:
-                raise told.fault("generators", str(error), "states of Python's generator") from None
-
     def reseed(self, streams: Streams) -> None:
         """Draws from now on from other streams of the episode."""
         self.ties = streams.draws("ties", len(self.views))
@@ -372,7 +252,7 @@ class Episode:
         world, rows = self.world, self.rows
         self.wall = time.perf_counter()
         rows.begin(number)
-        self._prepare(number, memories, streams, synchronous)
+        self.prepare(number, memories, streams, synchronous)
         self.timeline.begin()
         for agent in self._drawn(self._present()):
             rows.event("start", agent, node=world.agent_node[agent])
@@ -974,14 +854,6 @@ class Episode:
         faults = self.faults
         assert faults is not None
         return [marks for field, marks in enumerate(self.marks) if not faults.mark_lost(agent, field)]
-
-
-def _turn(told: Stored, given: object, agents: int, nodes: int) -> tuple[int, bool, int]:
-    """An agent of a synchronous tick, whether it moves, and the node that it asks to be cleared."""
-    if isinstance(given, list) and len(given) == 3:
-        each = Stored(dict(zip(("agent", "moves", "clear"), given, strict=True)), "turns")
-        return each.whole("agent", 0, agents - 1), each.flag("moves"), each.whole("clear", -1, nodes - 1)
-    raise told.fault("turns", given, "agent, whether it moves, and a node")
 
 
 def _none(count: int) -> list[Outcome | None]:

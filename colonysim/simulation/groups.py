@@ -133,7 +133,7 @@ class GroupPolicies:
         checked = {id(policy): checked_policy(policy, world, rows) for policy in policies}
         self._distinct = [*checked.values()]
         if len(checked) > 1 and any(policy.outside for policy in self._distinct):
-            raise ColonysimError("decisions that come from outside are those of all agents: no group has its own policy")
+            raise ColonysimError("decisions from outside are those of all agents: no group has a policy of its own")
         self._world, self._rows = world, rows
         self.fields: dict[str, Marks] = self._made()
         self.decider = self._distinct[0]

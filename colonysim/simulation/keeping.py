@@ -9,6 +9,7 @@ from colonysim import __version__
 from colonysim.errors import ColonysimError, PluginError, ScenarioError
 from colonysim.policies.decision import decision_of, decision_state
 from colonysim.randomness import Streams
+from colonysim.simulation.episode_state import episode_state, restore_episode, resume_streams
 from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.origins import backend_of, policy_of, scenario_of
 from colonysim.simulation.saving import Saved
@@ -113,7 +114,7 @@ def state_of(colony: Colony) -> State:
         "memories": _memories(colony),
         "rows": colony._rows.state(), "measures": colony._measures.state(),
         "measured": [list(row) for row in colony._measured],
-        "episode": colony._episode.state() if colony._number else None, "backend": None, "course": None,
+        "episode": episode_state(colony._episode) if colony._number else None, "backend": None, "course": None,
     }  # fmt: skip
     if colony._running:
         if replays(colony._body):
@@ -184,8 +185,13 @@ def _take_over(colony: Colony, told: Stored) -> None:
     if running:
         body.restore(told.take("backend"))  # type: ignore[attr-defined]
     if colony._number:
-        colony._episode.restore(
-            told.take("episode"), colony._number, colony._memories, own, synchronous=colony.mode == "synchronous"
+        restore_episode(
+            colony._episode,
+            told.take("episode"),
+            colony._number,
+            colony._memories,
+            own,
+            synchronous=colony.mode == "synchronous",
         )
     colony._running = running
 
@@ -212,8 +218,8 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
     colony._world.now = max(colony._world.now, told.part("world").real("now", 0.0))
     episode = colony._episode
     if episode.outside:
-        episode.resume_streams(told.part("episode"))  # whoever decided outside drew from them
-    found = {"world": colony._world.state(), "episode": episode.state()}
+        resume_streams(episode, told.part("episode"))  # whoever decided outside drew from them
+    found = {"world": colony._world.state(), "episode": episode_state(episode)}
     for name in _MOMENT:
         before = told.take(name)
         for key, value in found[name].items():
@@ -282,7 +288,10 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
     asked, world, number, before = colony._asked, colony._world, colony._number, colony._episode
     if not (asked is None or isinstance(asked, str) or callable(asked)):
         raise ColonysimError("this policy was given as an object, whose parameters no field of the scenario can set")
-    fields, state = {name: field.state() for name, field in colony._fields.items()}, before.state() if number else None
+    fields, state = (
+        {name: field.state() for name, field in colony._fields.items()},
+        episode_state(before) if number else None,
+    )
     memories = _memories(colony)
     made = GroupPolicies(asked, scenario, world, colony._rows)
     world.adopt(scenario)
@@ -304,7 +313,7 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
         body.reset(world, own)
         body.restore(moved)
     if state is not None:
-        colony._episode.restore(state, number, colony._memories, own, synchronous=colony.mode == "synchronous")
+        restore_episode(colony._episode, state, number, colony._memories, own, synchronous=colony.mode == "synchronous")
     before.close()
 
 
