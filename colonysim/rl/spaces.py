@@ -92,8 +92,8 @@ class Observer:
         if self.flat:
             return spaces.Box(low, high, dtype=np.float32)
         found: dict[str, spaces.Space[Any]] = {
-            part: spaces.Box(low[cut].reshape(self._shapes[part]), high[cut].reshape(self._shapes[part]), dtype=np.float32)
-            for part, cut in self._slices.items()
+            part: spaces.Box(low[cut].reshape(shape), high[cut].reshape(shape), dtype=np.float32)
+            for (part, cut), shape in zip(self._slices.items(), map(self._shapes.get, self._slices), strict=True)
         }
         return spaces.Dict({**found, "action_mask": spaces.Box(0, 1, (self.actions,), np.int8)})
 
