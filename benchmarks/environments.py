@@ -1,4 +1,4 @@
-"""Decisions a second of a random policy: by itself, through an AEC environment and through a parallel one, side by side.
+"""Decisions a second of a random policy: by itself, through an AEC environment, and through a parallel one.
 
     python benchmarks/environments.py hard --rounds 7
 

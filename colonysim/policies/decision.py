@@ -167,8 +167,8 @@ def decision_of(state: Any, world: World, what: str) -> Decision | None:
     if told.take("wait") is not None:
         wait = told.part("wait")
         seconds = None if wait.take("seconds") is None else wait.real("seconds", 0.0)
-        around, clear = tuple(wait.wholes("nodes", None, 0, nodes - 1)), wait.whole("clear", -1, nodes - 1)
-        decision.wait = Wait(around, seconds, clear)
+        causes = tuple(wait.wholes("nodes", None, 0, nodes - 1))
+        decision.wait = Wait(causes, seconds, wait.whole("clear", -1, nodes - 1))
     if decision.node < 0 and decision.wait is None and not decision.idle:
         raise told.fault("node", decision.node, "a move or a wait")
     return decision

@@ -29,10 +29,9 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
     """A step leads to the next decision; who is busy can do nothing until it has to decide.
 
     In `infos` `requires_decision` says whether an agent has to decide. The others see what they saw when they decided
-    last, in the same arrays, their mask allows the last action alone, which is to do nothing, and whatever they are
-    told to do is left aside.
-    In asynchronous mode one agent decides at a time, in synchronous mode all that act in the tick. `dt` is the time
-    that the step took, simulated seconds, for all agents.
+    last, in the same arrays; their mask allows the last action alone, which is to do nothing, and whatever they are
+    told to do is left aside. In asynchronous mode one agent decides at a time, in synchronous mode all that act in the
+    tick. `dt` is the time that the step took, simulated seconds, for all agents.
 
     Args:
         turns: The colony as a game of turns, `busy`.
@@ -82,12 +81,12 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         """
         self.turns.reset(seed)
         self.agents = [name_of(agent) for agent in self.turns.agents]
-        self._seen = {name: self._busy(self.turns.observe(agent)[0]) for name, agent in self._there()}
+        self._seen = {name: self._busy(self.turns.observation(agent)) for name, agent in self._there()}
         return self._told()
 
-    def _busy(self, numbers: NDArray[np.float32]) -> Observation:
+    def _busy(self, told: Observation) -> Observation:
         """What an agent is told until it has to decide again."""
-        return self.turns.observer.observation(numbers.copy(), self.turns.observer.mask(None))
+        return {**told, "action_mask": self.turns.observer.mask(None)} if isinstance(told, dict) else told
 
     def step(
         self, actions: Mapping[str, Action]
@@ -105,27 +104,29 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         if self.agents:
             turns.go_on()
         observations, infos = self._told()
-        ends = {name: turns.over(agent) for name, agent in self._there()}
-        paid = {name: turns.paid[agent] for name, agent in self._there()}
-        self.agents = [name for name in self.agents if not any(ends[name])]
-        return (
-            observations, paid, {name: end[0] for name, end in ends.items()},
-            {name: end[1] for name, end in ends.items()}, infos,
-        )  # fmt: skip
+        paid, number = turns.paid, self._number
+        rewards = {name: paid[number[name]] for name in self.agents}
+        terminated, truncated = dict.fromkeys(self.agents, False), dict.fromkeys(self.agents, False)
+        if turns.ends:
+            for name in self.agents:
+                terminated[name], truncated[name] = turns.over(number[name])
+            self.agents = [name for name in self.agents if not (terminated[name] or truncated[name])]
+        return observations, rewards, terminated, truncated, infos
 
     def _there(self) -> list[tuple[str, int]]:
         return [(name, self._number[name]) for name in self.agents]
 
     def _told(self) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
         turns, observer, observations, infos = self.turns, self.turns.observer, {}, {}
-        together = turns.together
+        together, none = turns.together, observer.mask(None)
         for name, agent in self._there():
             asked = agent in together
             if asked or agent in turns.ends:
                 numbers, mask = turns.observe(agent)
-                observations[name], self._seen[name] = observer.observation(numbers, mask), self._busy(numbers)
+                observations[name] = observer.observation(numbers, mask)
+                self._seen[name] = self._busy(observations[name])
             else:
-                observations[name], mask = self._seen[name], observer.mask(None)
+                observations[name], mask = self._seen[name], none
             told = infos[name] = turns.info(agent, turns.begin, mask)
             told["requires_decision"] = asked
         return observations, infos

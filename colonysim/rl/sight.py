@@ -47,7 +47,7 @@ class Sight:
         node = self.node = view.node
         self.neighbours, holes = view.neighbours, view.holes()
         self.holes = holes if len(holes) <= most_holes else holes[:most_holes]
-        self.free, self.passable, self.tops, self.graspable = [], [], [], []  # type: ignore[var-annotated]
+        self.free, self.passable, self.tops, self.graspable = [], [], [], []
         for j in self.neighbours:
             top = view.top_box(j)
             self.free.append(view.free(j))

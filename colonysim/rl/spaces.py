@@ -91,10 +91,10 @@ class Observer:
         high = np.concatenate([each[..., 1].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
         if self.flat:
             return spaces.Box(low, high, dtype=np.float32)
-        found: dict[str, spaces.Space[Any]] = {}
-        for part, cut in self._slices.items():
-            shape = self._shapes[part]
-            found[part] = spaces.Box(low[cut].reshape(shape), high[cut].reshape(shape), dtype=np.float32)
+        found: dict[str, spaces.Space[Any]] = {
+            part: spaces.Box(low[cut].reshape(shape), high[cut].reshape(shape), dtype=np.float32)
+            for (part, cut), shape in zip(self._slices.items(), map(self._shapes.get, self._slices), strict=True)
+        }
         return spaces.Dict({**found, "action_mask": spaces.Box(0, 1, (self.actions,), np.int8)})
 
     def sight(self, view: Any) -> Sight:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Action", "Options", "Turns", "name_of"]
 
+_INTENTS, _NUMBERS = (Choice, Travel, Push, Wait), (int, np.integer, np.ndarray)
 Action = int | np.integer[Any] | Choice | Travel | Push | Wait
 """A number of the action space, or what a policy of this package answers."""
 ENDING = ("goal", "lost", "spent")
@@ -304,7 +305,7 @@ class Turns:
         if agent is None:
             raise ColonysimError("the episode is over: call reset")
         given: Choice | Intent
-        if isinstance(action, Choice | Travel | Push | Wait):
+        if isinstance(action, _INTENTS):
             given, self._illegal[agent] = action, False
         else:
             given = self._intent(agent, action)
@@ -312,9 +313,8 @@ class Turns:
         colony.answer(given)
 
     def _intent(self, agent: int, action: Any) -> Intent:
-        if isinstance(action, bool) or not isinstance(action, int | np.integer | np.ndarray):
-            expected = "expected a whole number, a Choice or an intent"
-            raise ColonysimError(f"agent {agent}: {action!r} is no action; {expected}")
+        if not isinstance(action, _NUMBERS) or isinstance(action, bool):
+            raise ColonysimError(f"agent {agent}: {action!r} is no action; expected a number, a Choice or an intent")
         number, observer = int(action), self.observer
         if not 0 <= number < observer.actions:
             raise ColonysimError(f"agent {agent}: no action {number}; expected one from 0 to {observer.actions - 1}")
@@ -406,7 +406,9 @@ class Turns:
     def sight(self, agent: int) -> Sight:
         """What an agent sees."""
         if self._seen is None or self._seen[0] != agent:
-            self._seen = (agent, self.observer.sight(self._held().view(agent)))
+            colony = self._held()
+            view = colony.view() if agent == colony.asked else colony.view(agent)
+            self._seen = (agent, self.observer.sight(view))
         return self._seen[1]
 
     def asks(self, agent: int) -> bool:
@@ -445,7 +447,7 @@ class Turns:
         now = self._until.get(agent, 0.0 if self.colony is None else self.colony.now)
         found = {
             "t": now, "dt": now - since, "outcome": self._last[agent],
-            "reason": self.ends.get(agent, self._why[agent]), "action_mask": mask,
+            "reason": self.ends.get(agent) or self._why[agent], "action_mask": mask,
         }  # fmt: skip
         if self._illegal[agent]:
             found["illegal"] = True

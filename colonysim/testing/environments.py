@@ -276,9 +276,8 @@ class _Watch:
         if late or abs(turn.since - self._at.get(key, 0.0)) > CLOSE:
             raise ConformanceError(
                 "time",
-                f"{name} is told t = {turn.time:g} s and dt = {turn.time - turn.since:g} s at {now:g} s; it decided"
-                " last "
-                f"at {self._at.get(key, 0.0):g} s",
+                f"{name} is told t = {turn.time:g} s and dt = {turn.time - turn.since:g} s at {now:g} s; it decided "
+                f"last at {self._at.get(key, 0.0):g} s",
             )
         if turn.action is None:
             return
@@ -314,8 +313,8 @@ def _try_all(env: Any, turn: _Turn) -> None:
         works = started and arrived
         if quick and works != bool(turn.mask[action]):
             what = "is allowed, but does not work" if turn.mask[action] else "is forbidden, but works"
-            where = f"of agent {turn.agent} at {turn.time:g} s"
-            raise ConformanceError("masks", f"action {action} {where} {what}: {intent}")
+            who = f"action {action} of agent {turn.agent} at {turn.time:g} s"
+            raise ConformanceError("masks", f"{who} {what}: {intent}")
 
 
 def _tried(twin: Colony, agent: int, intent: Intent, wait_for_it: bool) -> tuple[bool, bool]:

@@ -13,8 +13,8 @@ from colonysim.testing import ConformanceError, check_env
 
 OPTIONS = [
     {"mode": "asynchronous"}, {"mode": "synchronous"}, {"pheromones": "keep", "reward": "own_time"},
-    {"hole": "action", "reward": "filled", "flat": True}, {"policy": "random", "reward": "goal", "parts": ("self", "boxes")},
-    {"reward": "difference", "policy": "paper"},
+    {"hole": "action", "reward": "filled", "flat": True},
+    {"policy": "random", "reward": "goal", "parts": ("self", "boxes")}, {"reward": "difference", "policy": "paper"},
 ]  # fmt: skip
 
 

@@ -71,3 +71,12 @@ def test_to_register_loads_no_engine() -> None:
         "assert not {'pybullet', 'mujoco', 'torch', 'colonysim.simulation'} & sys.modules.keys()"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_checker_of_stable_baselines_passes() -> None:
+    checker = pytest.importorskip("stable_baselines3.common.env_checker")
+    env = gymnasium.make("colonysim/Push-v0")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        checker.check_env(env)
+    env.close()

@@ -53,9 +53,8 @@ def test_it_has_it_in_physics(engine, tmp_path):
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
 def test_all_doors_lead_to_the_same_episode(mode, tmp_path):
-    aec, parallel, multi = (
-        make("hard", mode=mode, seed=2, trace=tmp_path / make.__name__) for make in (rl.aec, rl.parallel, rl.multi_agent)
-    )
+    doors = (rl.aec, rl.parallel, rl.multi_agent)
+    aec, parallel, multi = (make("hard", mode=mode, seed=2, trace=tmp_path / make.__name__) for make in doors)
     aec.reset()
     play(aec)
     for env in (parallel, multi):
@@ -82,7 +81,7 @@ def test_runs_that_are_left_in_the_middle_can_be_read(tmp_path):
     env.close()
     runs = [Run.open(path) for path in sorted(tmp_path.iterdir())]
     assert [run.manifest["status"] for run in runs] == ["interrupted", "finished", "interrupted"]
-    assert [[episode.ended for episode in run.episodes] for run in runs][0] == ["interrupted"]
+    assert [episode.ended for episode in runs[0].episodes] == ["interrupted"]
     assert len({run.manifest["seed"] for run in runs}) == 3
     assert all(run.manifest["policy"] == "outside-colony" for run in runs)
 

@@ -88,7 +88,7 @@ class PushEnv(gymnasium.Env[Observation, np.int64]):
         told = {"reason": step.reason, "success": step.verdict == "success", "ticks": step.ticks}
         return self._observation(self._episode), step.reward, step.verdict is not None, step.truncated, told
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """The push from above, shape (360, 360, 3); None without a render mode.
 
         Raises:
