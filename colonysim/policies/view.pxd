@@ -28,7 +28,8 @@ cdef class LocalView:
     cdef public object _backend, _feasible_way, refused
     cdef public int agent, node, held_box, failures
     cdef public double radius, edge_seconds, waited
-    cdef public dict fields
+    cdef object _fields
+    cdef dict _windows
     cdef public bint foresees
     cdef public FieldWindow d, b, h, e
 

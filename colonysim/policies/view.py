@@ -123,7 +123,6 @@ class LocalView:
 
     Attributes:
         agent: The agent's index.
-        fields: The readable part of each pheromone field, by name.
         d: The readable part of D; to read it is a KeyError if the policy has no such field, as with `b`, `h` and `e`.
         b: The readable part of B.
         h: The readable part of H.
@@ -139,8 +138,8 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_world", "agent", "b", "d", "e", "edge_seconds", "failures", "fields", "foresees",
-        "h", "held_box", "node", "radius", "refused", "waited",
+        "_backend", "_feasible_way", "_fields", "_windows", "_world", "agent", "b", "d", "e", "edge_seconds", "failures",
+        "foresees", "h", "held_box", "node", "radius", "refused", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -155,8 +154,9 @@ class LocalView:
         self.foresees = self._feasible_way is not None
         self.agent = agent
         self.radius = world.scenario.detection_radius
-        self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
-        self.d, self.b, self.h, self.e = (self.fields.get(name) or self._window(name) for name in "DBHE")
+        self._fields = fields
+        self._windows: dict[str, FieldWindow] | None = None
+        self.d, self.b, self.h, self.e = (self._window(name) for name in "DBHE")
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
@@ -165,7 +165,15 @@ class LocalView:
 
     def _window(self, name: str) -> FieldWindow:
         absent: Any = _Absent(name)
-        return FieldWindow(self, absent)
+        return FieldWindow(self, self._fields.get(name, absent))
+
+    @property
+    def fields(self) -> dict[str, FieldWindow]:
+        """The readable part of each pheromone field, by name; made when first asked for, since most agents never do."""
+        if self._windows is None:
+            own = {"D": self.d, "B": self.b, "H": self.h, "E": self.e}
+            self._windows = {name: own.get(name) or self._window(name) for name in self._fields}
+        return self._windows
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
