@@ -93,15 +93,16 @@ def _measure(task: tuple[str, int]) -> Figures:
     began = time.perf_counter()
     scenario = case.make()
     built = time.perf_counter() - began
-    steps = waits = 0
+    steps, waits, peak = 0, 0, None
     if not case.traced:
         # Counted in a run of its own, which also warms up what is loaded at first use.
         for event in simulate(scenario, kinds=["end", "wait"], **case.settings):
             steps += event.kind == "end"
             waits += event.kind == "wait"
+        peak = _peak_mb()  # of this one run: what it leaves behind may still be there in the next
     seconds: list[float] = []
     timeouts: list[float] = []
-    agents, peak = len(scenario.agents), None
+    agents = len(scenario.agents)
     for _ in range(rounds):
         taken, steps = _traced(case, scenario) if case.traced else (_bare(case, scenario), steps)
         peak = peak or _peak_mb()  # before the yardstick's own processes

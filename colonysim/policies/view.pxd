@@ -33,7 +33,8 @@ cdef class LocalView:
     cdef public object _backend, _feasible_way, refused
     cdef public int agent, node, goal, held_box, failures
     cdef public double radius, edge_seconds, waited
-    cdef public dict fields
+    cdef object _fields
+    cdef dict _windows
     cdef public bint foresees, pushes_boxes
     cdef public FieldWindow d, b, h, e
     cdef unsigned long long _seen_as

@@ -137,7 +137,6 @@ class LocalView:
     Attributes:
         agent: The agent's index.
         pushes_boxes: Whether the agent may take hold of boxes and push them.
-        fields: The readable part of each pheromone field, by name.
         d: The readable part of D; to read it is a KeyError if the policy has no such field, as with `b`, `h` and `e`.
         b: The readable part of B.
         h: The readable part of H.
@@ -154,9 +153,9 @@ class LocalView:
     """
 
     __slots__ = (
-        "_backend", "_feasible_way", "_missed", "_overlooked", "_seen_as", "_senses", "_world", "agent", "b", "d", "e",
-        "edge_seconds", "failures", "fields", "foresees", "goal", "h", "held_box", "node", "pushes_boxes", "radius",
-        "refused", "waited",
+        "_backend", "_feasible_way", "_fields", "_missed", "_overlooked", "_seen_as", "_senses", "_windows", "_world",
+        "agent", "b", "d", "e", "edge_seconds", "failures", "foresees", "goal", "h", "held_box", "node", "pushes_boxes",
+        "radius", "refused", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -178,8 +177,9 @@ class LocalView:
         self._missed: bytearray | None = None  # for each box 1 if it is not seen in this look, if any may be missed
         # The number of the look under way, by which sensors err, and how many boxes within R are not seen in it.
         self._seen_as = self._overlooked = 0
-        self.fields = {name: FieldWindow(self, field) for name, field in fields.items()}
-        self.d, self.b, self.h, self.e = (self.fields.get(name) or self._window(name) for name in "DBHE")
+        self._fields = fields
+        self._windows: dict[str, FieldWindow] | None = None
+        self.d, self.b, self.h, self.e = (self._window(name) for name in "DBHE")
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
@@ -188,7 +188,15 @@ class LocalView:
 
     def _window(self, name: str) -> FieldWindow:
         absent: Any = _Absent(name)
-        return FieldWindow(self, absent)
+        return FieldWindow(self, self._fields.get(name, absent))
+
+    @property
+    def fields(self) -> dict[str, FieldWindow]:
+        """The readable part of each pheromone field, by name; made when first asked for, since most agents never do."""
+        if self._windows is None:
+            own = {"D": self.d, "B": self.b, "H": self.h, "E": self.e}
+            self._windows = {name: own.get(name) or self._window(name) for name in self._fields}
+        return self._windows
 
     def look(self) -> None:
         """Brings the window to where the agent now stands; called by the simulation before each decision."""
