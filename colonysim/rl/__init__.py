@@ -24,10 +24,11 @@ from colonysim.errors import MissingExtraError
 try:
     from colonysim.push.registered import register
     from colonysim.rl.aec import ColonyAEC
+    from colonysim.rl.options import Options
     from colonysim.rl.parallel import ColonyParallel
     from colonysim.rl.rewards import REWARDS, Reward, Stretch
     from colonysim.rl.rllib import ColonyMultiAgent
-    from colonysim.rl.turns import Options, Turns
+    from colonysim.rl.turns import Turns
 except ModuleNotFoundError as error:
     if error.name in ("gymnasium", "pettingzoo"):
         raise MissingExtraError(f"learning needs {error.name}: pip install 'colonysim[rl]'") from error

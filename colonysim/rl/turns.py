@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from colonysim.arguments import MAX_SEED, as_seed, whole
 from colonysim.errors import ColonysimError
 from colonysim.policies import Choice, Outside
 from colonysim.randomness import Streams
-from colonysim.rl.moves import PARTS, Own
+from colonysim.rl.moves import Own
+from colonysim.rl.options import DEFAULTS, WORDS
 from colonysim.rl.recorded import begin_run
 from colonysim.rl.rewards import KINDS, Stretch, reward_of
 from colonysim.rl.spaces import Observer
@@ -23,20 +24,19 @@ from colonysim.suggest import nearest
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
     from typing import Self
 
     from numpy.typing import NDArray
 
-    from colonysim.policies.policy import Policy
-    from colonysim.rl.rewards import Reward
+    from colonysim.rl.options import Options
     from colonysim.rl.sight import Sight
     from colonysim.rl.spaces import Observation
     from colonysim.trace.schema import Event
     from colonysim.trace.writer import TraceWriter
     from colonysim.world.intents import Intent
 
-__all__ = ["Action", "Options", "Turns", "name_of"]
+__all__ = ["Action", "Turns", "name_of"]
 
 _INTENTS, _NUMBERS = (Choice, Travel, Push, Wait), (int, np.integer, np.ndarray)
 Action = int | np.integer[Any] | Choice | Travel | Push | Wait
@@ -45,56 +45,6 @@ ENDING = ("goal", "lost", "spent")
 """Events that end an agent's episode before that of the colony."""
 TERMINAL = ("goal", "lost")
 """Ends of an agent's episode after which nothing is to be expected any more; all others cut it off."""
-
-
-class Options(TypedDict, total=False):
-    """What an environment can be asked for; all of it has a default.
-
-    Attributes:
-        variant: One of the scenario file's variants.
-        overrides: Fields of the scenario to set, as for `load_scenario`.
-        backend: Name of the backend; "nodeworld" by default.
-        backend_options: Its options.
-        policy: The policy whose marks the agents leave and which `choice` asks; the scenario's own by default.
-        mode: "asynchronous" or "synchronous"; the scenario's own by default.
-        seed: Of the first episode, unless `reset` is given one; 0 by default.
-        pheromones: "clear" (by default): each episode begins without marks, as a run of its own. "keep": marks last for
-            as many episodes as the scenario has, which are one run; then the next run begins.
-        reward: A name of `colonysim.rl.rewards.REWARDS`, or a function of a `Stretch`.
-        parts: Which parts an observation has, of `colonysim.rl.moves.PARTS`; all by default.
-        flat: Whether an observation is one array; the mask of actions is in `infos` anyway.
-        boxes: Of the boxes in sight, so many are told of; 8 by default.
-        holes: The same of holes.
-        hole: Which hole a box is meant for: "rule" (the one in sight for which B is largest), or "action".
-        illegal: What an action does that the mask forbids: "wait" (for one edge's time; `infos` say "illegal"), or
-            "raise".
-        trace: A folder in which every run leaves an ordinary run directory, `run-000001` and so on.
-    """
-
-    variant: str | None
-    overrides: Mapping[str, Any] | Sequence[str] | None
-    backend: str
-    backend_options: Mapping[str, Any] | None
-    policy: str | Policy | Callable[[Scenario], Policy] | None
-    mode: str | None
-    seed: int
-    pheromones: str
-    reward: str | Reward
-    parts: Sequence[str]
-    flat: bool
-    boxes: int
-    holes: int
-    hole: str
-    illegal: str
-    trace: str | Path | None
-
-
-_DEFAULTS = Options(
-    variant=None, overrides=None, backend="nodeworld", backend_options=None, policy=None, mode=None, seed=0,
-    pheromones="clear", reward="team_time", parts=PARTS, flat=False, boxes=8, holes=8, hole="rule", illegal="wait",
-    trace=None,
-)  # fmt: skip
-_WORDS = {"pheromones": ("clear", "keep"), "hole": ("rule", "action"), "illegal": ("wait", "raise")}
 
 
 def name_of(agent: int) -> str:
@@ -132,10 +82,10 @@ class Turns:
 
     def __init__(self, scenario: Scenario | str | Path, *, busy: bool = False, **options: Unpack[Options]) -> None:
         for name in options:
-            if name not in _DEFAULTS:
-                raise ColonysimError(f"an environment has no option {name!r}; {nearest(name, _DEFAULTS)}")
-        given: Options = {**_DEFAULTS, **options}
-        for name, words in _WORDS.items():
+            if name not in DEFAULTS:
+                raise ColonysimError(f"an environment has no option {name!r}; {nearest(name, DEFAULTS)}")
+        given: Options = {**DEFAULTS, **options}
+        for name, words in WORDS.items():
             if given[name] not in words:  # type: ignore[literal-required]
                 raise ColonysimError(f"{name}: no {given[name]!r}; {nearest(str(given[name]), words)}")  # type: ignore[literal-required]
         if not isinstance(scenario, Scenario):
@@ -173,7 +123,7 @@ class Turns:
         self._last, self._why, self._illegal = [""] * count, [""] * count, [False] * count
         self._since, self._until = [0.0] * count, dict[int, float]()
         self._full: set[int] = set()
-        self._arrived = 0
+        self._arrived, self._under_way = 0, False
         self._seen: tuple[int, Sight] | None = None
 
     # -- episodes ------------------------------------------------------------------------------------------------------
@@ -222,7 +172,7 @@ class Turns:
 
     def _begin_episode(self) -> None:
         colony = self._held()
-        first = self._next(colony)
+        self._under_way, first = True, self._next(colony)
         shown = colony.agents
         self.agents = shown.takes_part.nonzero()[0].tolist()
         self._there = [status != "absent" for status in shown.status.tolist()]
@@ -251,9 +201,11 @@ class Turns:
 
     def _interrupt(self) -> None:
         """Ends the episode under way."""
-        colony = self._held()
+        if not self._under_way:
+            return
+        self._under_way, colony = False, self._held()
         colony.interrupt()
-        while not colony.over and colony.asked is None and (event := self._next(colony)) is not None:
+        while (event := self._next(colony)) is not None:
             if event.kind == "episode":
                 break
 
@@ -306,13 +258,14 @@ class Turns:
             raise ColonysimError("the episode is over: call reset")
         given: Choice | Intent
         if isinstance(action, _INTENTS):
-            given, self._illegal[agent] = action, False
+            given, illegal = action, False
         else:
-            given = self._intent(agent, action)
-        self._since[agent], self._seen = colony.now, None
+            given, illegal = self._intent(agent, action)
         colony.answer(given)
+        self._since[agent], self._illegal[agent], self._seen = colony.now, illegal, None
 
-    def _intent(self, agent: int, action: Any) -> Intent:
+    def _intent(self, agent: int, action: Any) -> tuple[Intent, bool]:
+        """What an action means, and whether it is not allowed."""
         if not isinstance(action, _NUMBERS) or isinstance(action, bool):
             raise ColonysimError(f"agent {agent}: {action!r} is no action; expected a number, a Choice or an intent")
         number, observer = int(action), self.observer
@@ -320,12 +273,11 @@ class Turns:
             raise ColonysimError(f"agent {agent}: no action {number}; expected one from 0 to {observer.actions - 1}")
         sight = self.sight(agent)
         legal = number < observer.moves.count and sight.mask[number] == 1
-        self._illegal[agent] = not legal
         if not legal and self.options["illegal"] == "raise":
             raise ColonysimError(f"agent {agent}: action {number} is not allowed now, see the mask of actions")
         intent = sight.intent(number if legal else observer.moves.pause)
         assert intent is not None
-        return intent
+        return intent, not legal
 
     def go_on(self) -> None:
         """Goes on to the next question, or to the end of the episode."""
@@ -346,6 +298,7 @@ class Turns:
                 self._end(event)
         self._pay(events[begun:], now, colony.now)
         if events and events[-1].kind == "episode":
+            self._under_way = False
             for agent in self.agents:
                 self._until.setdefault(agent, colony.now)
                 self.ends.setdefault(agent, events[-1].status)

@@ -36,7 +36,7 @@ def test_the_examples_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 def test_the_tables_list_what_there_is() -> None:
     from colonysim import rl
     from colonysim.rl.moves import PARTS
-    from colonysim.rl.turns import Options
+    from colonysim.rl.options import Options
 
     def first_column(heading: str) -> list[str]:
         section = re.split(r"^#+ .*$", TEXT.split(heading)[1], maxsplit=1, flags=re.MULTILINE)[0]

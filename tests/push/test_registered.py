@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
 import warnings
+from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs import registration
 from gymnasium.utils.env_checker import check_env
 
 from colonysim.push.registered import TERRAINS, register
@@ -63,6 +67,15 @@ def test_vectorised() -> None:
     observations, rewards, *_ = envs.step(np.array([1, 2]))
     assert observations.shape == (2, 9) and rewards.shape == (2,)
     envs.close()
+
+
+def test_gymnasium_finds_them_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    [(space, place)] = project["project"]["entry-points"]["gymnasium.envs"].items()
+    monkeypatch.setattr(registration, "registry", {})
+    with registration.namespace(space):  # as Gymnasium does with what is installed under that entry point
+        EntryPoint(space, place, "gymnasium.envs").load()()
+    assert set(registration.registry) == {f"colonysim/{name}" for name in TERRAINS}
 
 
 def test_to_register_loads_no_engine() -> None:

@@ -18,7 +18,7 @@ import colonysim
 from colonysim import rl
 from colonysim.errors import ColonysimError
 from colonysim.scenario.loading import scenario_from_document
-from colonysim.world.intents import Wait
+from colonysim.world.intents import Travel, Wait
 
 EXPECTED = (
     "Observation is not a NumPy array|probably should be gymnasium.spaces|infinity|all zeros|a render|"
@@ -72,17 +72,29 @@ def test_rewards_add_up_to_what_they_say():
 
 
 def test_a_reward_of_one_s_own_sees_every_event_once():
-    seen, native = [], []
+    seen = []
 
     def reward(stretch):
         seen.extend(stretch.events)
         return [1.0] * len(stretch.there)
 
-    env = rl.aec("hard", reward=reward, seed=7)
+    env = rl.aec("hard", reward=reward, seed=7, pheromones="keep", overrides={"episodes": 2})
+    episode(env)
     episode(env)
     env.close()
-    native = [*colonysim.simulate(colonysim.load_scenario("hard"), episodes=1, seed=7)]
+    native = [*colonysim.simulate(colonysim.load_scenario("hard"), episodes=2, seed=7)]
     assert seen == native
+
+
+def test_what_is_refused_changes_nothing():
+    env = rl.aec("hard", seed=1)
+    env.reset()
+    agent, before = env.agent_selection, env.infos[env.agent_selection]
+    with pytest.raises(ColonysimError, match="no edge leads there"):
+        env.step(Travel(env.colony.view().node))
+    assert (env.agent_selection, env.infos[agent]) == (agent, before)
+    env.step(env.choice())
+    env.close()
 
 
 def test_observations_say_what_they_should():
