@@ -55,7 +55,7 @@ cdef class Episode:
     cdef public bint alike, stops, loses, breaks
     cdef unsigned char[::1] pushes
     cdef double[::1] speeds
-    cdef Decision stopped
+    cdef public Decision stopped
     cdef readonly long long[::1] steps
 
     @cython.locals(view=LocalView, agent=int)
