@@ -124,15 +124,15 @@ class _Turn(NamedTuple):
     reason: str
 
 
-Chooser: TypeAlias = "Callable[[Any, int, Sequence[int]], int]"
-"""Chooses an action from an environment, an agent and its mask."""
+Chooser: TypeAlias = "Callable[[Any, Sequence[int]], int]"
+"""Chooses an action from an environment and the mask of the agent that is asked."""
 
 
 def _play(env: Any, seed: int, episodes: int, watch: _Watch | None = None, *, close: bool = True) -> list[_Turn]:
     """Episodes of random allowed actions; the environment is closed at the end, or if something is wrong."""
     stream, found = random.Random(STREAM.format(seed)), list[_Turn]()
 
-    def drawn(env: Any, agent: int, mask: Sequence[int]) -> int:
+    def drawn(env: Any, mask: Sequence[int]) -> int:
         return _drawn(env, mask, stream)
 
     try:
@@ -205,7 +205,7 @@ def _turn(
     choose: Chooser,
 ) -> _Turn:  # fmt: skip
     mask = observation["action_mask"] if isinstance(observation, dict) else info["action_mask"]
-    action = None if any(ended) else choose(env, agent, mask)
+    action = None if any(ended) else choose(env, mask)
     intent = None if action is None else _intent(env, agent, action)
     return _Turn(
         env.turns.seed, episode, agent, info["t"], info["t"] - info["dt"], _frozen(observation), tuple(map(int, mask)),
@@ -505,7 +505,7 @@ def _followed(env: Any, played: Sequence[_Turn]) -> Iterator[_Turn]:
         if not env.agents:
             return
 
-        def same(env: Any, agent: int, mask: Sequence[int], action: int | None = expected.action) -> int:
+        def same(env: Any, mask: Sequence[int], action: int | None = expected.action) -> int:
             return action if action is not None and mask[action] else int(env.turns.observer.moves.pause)
 
         turn = _read(env, expected.episode, same)
