@@ -54,8 +54,8 @@ class Field(Protocol):
 
     Two more methods may be there. `wipe(nodes)` takes away all marks on some nodes, given by index, as if nobody had
     been there (of a field of boxes: those of the boxes that stand there); without it a run in which marks are wiped
-    ends with an error that names the field. `settle()` is called before edges of the place come or go: a field whose
-    marks spread along edges lazily has to bring them up to date (`NodeValues.settle`).
+    ends with an error that names the field. `settle()` is called before edges of the place come or go, and before
+    `end_episode` if they have: a field whose marks spread lazily brings them up to now then (`NodeValues.settle`).
 
     Attributes:
         name: As policies, traces and plots call it ("D", "B", "H", "E" are the paper's).
