@@ -90,8 +90,7 @@ def resume(
         manifest.update(status="running", finished=None, rows={}, trace_sha256=None, versions=versions())
         again = {"at": now(), "from": None if saved is None else CHECKPOINT}
         manifest["resumed"] = [*manifest.get("resumed", []), again]
-        run = Run(directory, manifest)
-        scenario = run.scenario
+        scenario = Run(directory, manifest).scenario
         kept: dict[str, int] = {} if saved is None else dict(saved.extra["rows"])
 
         def made(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:
@@ -104,10 +103,10 @@ def resume(
                         Colony, source, saved, policy=policy, backend=backend, sink=writer, decisions=decisions,
                         kinds=kinds,
                     )  # fmt: skip
+                writer.take_up(kept)
             except BaseException:
                 untouched.append(True)
                 raise
-            writer.take_up(kept)
             return colony
 
         untouched: list[bool] = []

@@ -54,8 +54,8 @@ class Field(Protocol):
 
     Two more methods may be there. `wipe(nodes)` takes away all marks on some nodes, given by index, as if nobody had
     been there (of a field of boxes: those of the boxes that stand there); without it a run in which marks are wiped
-    ends with an error that names the field. `settle()` is called before edges of the place come or go: a field whose
-    marks spread along edges lazily has to bring them up to date (`NodeValues.settle`).
+    ends with an error that names the field. `settle()` is called before edges of the place come or go, and before
+    `end_episode` if they have: a field whose marks spread lazily brings them up to now then (`NodeValues.settle`).
 
     A colony can be saved and forked if each of its fields has two more methods: `state(self) -> dict` returns all that
     the field is as plain data (`colonysim.states`), and `restore(self, state)` makes another one for the same world the

@@ -180,7 +180,10 @@ class Marks:
         raise NotImplementedError
 
     def settle(self) -> None:
-        """Must be called before edges come or go: marks spread along the edges that were there. Changes no value."""
+        """Brings marks that spread up to now, along the edges that are there; changes no value that is read now.
+
+        Must be called before edges come or go, and before `end_episode` if they are as at first in the next episode.
+        """
 
     def _note(self, place: int, key: int, value: float) -> None:
         """Adds a value to those that this `mark` has written; every `mark` begins with `_wrote` = 0."""

@@ -166,7 +166,7 @@ class NodeValues:
         return [(node, self.at(node)) for node in range(self._size) if self.held[node] != 0.0]
 
     def settle(self) -> None:
-        """Works off the deposits and ticks up to now, as a look would; before edges come or go this must be called."""
+        """Works off the deposits and ticks up to now, as a look does; see `Marks.settle` for when that is needed."""
         if self._logged > 0:
             for i in range(self._logged):
                 node, second, amount = self._nodes[i], self._seconds[i], self._amounts[i]

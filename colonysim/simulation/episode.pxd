@@ -113,5 +113,5 @@ cdef class Episode:
     cdef _rested(self, int agent)
     @cython.locals(rows=Rows)
     cdef _note_wait(self, int agent, nodes)
-    @cython.locals(world=World, visit=Visit, rows=Rows, marks=Marks, count=int)
+    @cython.locals(world=World, visit=Visit, rows=Rows, some=list, marks=Marks, count=int)
     cdef _deposit(self, str moment, int agent, int box=*, int hole=*, int left=*, int before=*)

@@ -844,7 +844,8 @@ class Episode:
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)
         visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
-        for marks in self.marks if not self.loses else self._left(agent):
+        some = self._left(agent) if self.loses else self.marks
+        for marks in some:
             count = marks.mark(visit)
             if count and rows.kept:
                 rows.marked(marks, agent, count)

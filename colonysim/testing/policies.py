@@ -439,3 +439,11 @@ class _Watched:
 
     def load(self, frame: Iterable[Write]) -> None:
         self._field.load(frame)
+
+    @property
+    def wipe(self) -> Any:
+        return getattr(self._field, "wipe", None)
+
+    @property
+    def settle(self) -> Any:
+        return getattr(self._field, "settle", None)

@@ -437,14 +437,13 @@ class World:
 
     def visibility_of(self, agent: int) -> Visibility:
         """`visibility` within the R of an agent (-1: the scenario's); agents with the same R share one."""
-        if self._sights is None or agent < 0:
-            return self.visibility()
-        found = self._sights[agent]
+        found = self._visibility if self._sights is None or agent < 0 else self._sights[agent]
         return self._make_sight(agent) if found is None else found
 
     def _make_sight(self, agent: int) -> Visibility:
         """Makes what agents with the R of `agent` see, and gives it to all of them."""
-        assert self._sights is not None
+        if self._sights is None or agent < 0:
+            return self.visibility()
         radii = [self.scenario.detection_radius] * len(self._sights)
         for group in self.scenario.groups:
             for member in group.agents:
