@@ -12,7 +12,7 @@ def test_the_study_of_the_trail_runs_and_says_what_the_page_says(capsys: pytest.
     names: dict[str, object] = {}
     for code in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL):
         exec(compile(code, str(PAGE), "exec"), names)
-    without, fading = eval(capsys.readouterr().out, {})  # noqa: S307
+    without, fading = eval(capsys.readouterr().out, {})
     assert without is None
     assert 0 < fading < 1200
     adapts = names["adapts"]

@@ -50,7 +50,7 @@ def play(folder, count, runs, seed):
             accepted.append(path)
     for number, path in enumerate(accepted[:runs]):
         mode = ["asynchronous", "synchronous"][number % 2]
-        assert told(["run", str(path), "--no-trace", "--mode", mode, "--seed", str(number)])[0] == 0
+        assert told(["run", str(path), "--no-trace", "--quiet", "--mode", mode, "--seed", str(number)])[0] == 0
     return len(accepted)
 
 
