@@ -52,11 +52,18 @@ class Breakdowns:
         Args:
             streams: The episode's random streams.
         """
-        own = streams.within(f"faults/{self._faults.seed}")
-        names = ["moves", "looks", "stops", *(f"marks/{name}" for name in self._fields)]
-        self._take({name: own.draws(name, self._agents) for name in names})
+        self._take(self._named(streams))
         for agent in range(self._agents if self.stops else 0):
             self._next_stop[agent] = self._until_next(agent)
+
+    def reseed(self, streams: Streams) -> None:
+        """Draws from now on from other streams of the episode; stops that are due already stay so."""
+        self._take(self._named(streams))
+
+    def _named(self, streams: Streams) -> dict[str, Draws]:
+        own = streams.within(f"faults/{self._faults.seed}")
+        names = ["moves", "looks", "stops", *(f"marks/{name}" for name in self._fields)]
+        return {name: own.draws(name, self._agents) for name in names}
 
     def _take(self, streams: dict[str, Draws]) -> None:
         self._streams = streams

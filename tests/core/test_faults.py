@@ -422,3 +422,11 @@ for seed in range(150):
 def test_compiled_and_plain_python_with_groups_and_faults(tmp_path):
     hashes, again = compiled_and_plain(PROGRAM, tmp_path)
     assert hashes == again
+
+
+def test_futures_of_other_seeds_have_other_faults():
+    scenario = dataclasses.replace(random_scenario(3), faults=Faults(move_fails=0.5))
+    with colonysim.Colony(scenario, seed=1, episodes=1) as colony:
+        colony.run_until(time=2.0)
+        futures = {tuple(event.reason for event in colony.fork(seed=seed) if event.kind == "end") for seed in range(4)}
+    assert len(futures) == 4
