@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["Draws"]
+__all__ = ["Draws", "Keyed"]
 
 ALL = 0xFFFFFFFFFFFFFFFF
 STEP = 0x9E3779B97F4A7C15
@@ -53,6 +53,29 @@ class Draws:
         """The next number of sequence `i`."""
         state = self._states[i] = (self._states[i] + STEP) & ALL
         return (_mixed(state) >> 11) * UNIT
+
+
+class Keyed:
+    """Uniform numbers from [0, 1) that belong to three whole numbers from 0: a sequence of their own, by SplitMix64.
+
+    Whoever asks for those of the same three gets the same, however often, and in whichever order.
+    """
+
+    __slots__ = ("_state",)
+
+    def __init__(self) -> None:
+        self._state = 0
+
+    def begin(self, one: int, two: int, three: int) -> None:
+        """From now on `draw` returns the numbers that belong to these three, from the first one on."""
+        state = _mixed((one + STEP) & ALL)
+        state = _mixed((state ^ ((two + 1) * STEP)) & ALL)
+        self._state = _mixed((state ^ ((three + 2) * SECOND)) & ALL)
+
+    def draw(self) -> float:
+        """The next number."""
+        self._state = (self._state + STEP) & ALL
+        return (_mixed(self._state) >> 11) * UNIT
 
 
 def _resumed(states: bytes) -> Draws:

@@ -21,13 +21,15 @@ from colonysim.errors import ColonysimError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["MOST", "NUMPY_KINDS", "State", "Stored", "copied", "number_kind", "says"]
+__all__ = ["LARGEST", "MOST", "NUMPY_KINDS", "State", "Stored", "copied", "number_kind", "says"]
 
 State: TypeAlias = "dict[str, Any]"
 """The state of a part, by names of its own."""
 
 MOST = 2**62
 """Whole numbers in a state are smaller than this, unless a part says otherwise."""
+LARGEST = 1e300
+"""The same of other numbers, such as times."""
 DEEPEST = 40
 """Levels within levels that plain data may have."""
 NUMPY_KINDS = "biufc"

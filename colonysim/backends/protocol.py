@@ -53,8 +53,8 @@ class Backend(Protocol):
 
     Where a scenario has a timeline, `changes` says which kinds of changes (`colonysim.scenario.changes.CHANGES`) the
     backend can follow, those aside that concern no body (`colonysim.backends.changes.ANYWHERE`); without it, it follows
-    only these. A method `changed` is then called with each change, right after the world has gone through it; what
-    happens before an episode's first event has happened before `reset`.
+    only these. A method `changed` is then called with each change but agents' failures, right after the world has gone
+    through it; not with what happens before an episode's first event, for that has happened before `reset`.
 
     Two more attributes may be there. `feasible_way` (a `FeasibleWay`) is for backends that can tell about pushes after
     the next one; it is asked about nodes within the agent's sight. Where it is absent or None, `feasible` is asked

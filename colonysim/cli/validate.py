@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from colonysim.physics import Robot
+    from colonysim.policies.policy import Policy
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["EXAMPLES", "command"]
@@ -105,28 +106,22 @@ def _check_policies(scenario: Scenario) -> list[str]:
     from colonysim.world.state import World
 
     loaded: dict[str, None] = {}
-    own, main = True, None
+    main: Policy | None = None
+    made: list[Policy] = []
     for n in range(-1, len(scenario.groups)):
         asked = scenario if n < 0 else scenario.of_group(n)
         place = located(asked)
         if asked.policy not in BUILT_IN["policies"]:
-            own = False
             loaded[f"policy {place}, whose parameters are not checked here"] = None
             continue
-        if n < 0:
-            main = make_policy(None, scenario)
-        elif main is not None:
-            policy_of_group(scenario, n, main)
-        else:
-            make_policy(None, asked)
+        policy = make_policy(None, asked) if n < 0 or main is None else policy_of_group(scenario, n, main)
+        made.append(policy)
+        main = policy if n < 0 else main
         for field in asked.parameters.get("extra_fields", ()):
-            own = False
             loaded[f"field {locate('fields', field)}"] = None
-    if own and main is not None and scenario.groups:
+    if not loaded and (scenario.groups or scenario.changes):
         world = World(scenario)
-        known = [*main.fields(world)]
-        for n in range(len(scenario.groups)):
-            known += [name for name in policy_of_group(scenario, n, main).fields(world) if name not in known]
+        known = [*dict.fromkeys(name for policy in made for name in policy.fields(world))]
         refuse_unknown_fields(scenario, known)
         refuse_unknown_marks(scenario, known)
     return [*loaded]

@@ -8,8 +8,8 @@ from array import array
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node
-from colonysim.states import Stored
+from colonysim.pheromones.marks import Fading, Marks, each_node
+from colonysim.states import LARGEST, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -154,7 +154,7 @@ class BoxWorth(Marks):
         told = Stored(state, "field B")
         boxes = len(self._world.box_node)
         pairs = told.column("pairs", "q", None, -1, boxes * PAIRS)
-        worth = told.column("worth", "d", len(pairs), -LATEST, LATEST)
+        worth = told.column("worth", "d", len(pairs), -LARGEST, LARGEST)
         for pair in pairs:
             box, hole = divmod(pair + 1, PAIRS)
             if not (box < boxes and hole <= self._holes):

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node
+from colonysim.pheromones.marks import Fading, Marks, each_node
 from colonysim.pheromones.spreading import NodeValues
-from colonysim.states import Stored
+from colonysim.states import LARGEST, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -284,7 +284,7 @@ class Distance(Marks):
     def restore(self, state: State) -> None:
         """See `Marks.restore`."""
         told, nodes = Stored(state, "field D"), len(self.visited)
-        d = told.column("d", "d", nodes, -LATEST, LATEST)
+        d = told.column("d", "d", nodes, -LARGEST, LARGEST)
         official, visited = told.octets("official", nodes, 1), told.octets("visited", nodes, 1)
         self._goal = told.whole("goal", 0, nodes - 1)
         self.straight = straight(self._world.topology, self._goal)

@@ -8,9 +8,9 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node
+from colonysim.pheromones.marks import Fading, Marks, each_node
 from colonysim.pheromones.spreading import NodeValues
-from colonysim.states import Stored
+from colonysim.states import LARGEST, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -169,8 +169,8 @@ class Exploration(Marks):
     def restore(self, state: State) -> None:
         """See `Marks.restore`."""
         told, nodes = Stored(state, "field E"), len(self.visited)
-        stored, visited = told.column("stored", "d", nodes, -LATEST, LATEST), told.octets("visited", nodes, 1)
-        self.scale, self.shift = told.real("scale", SMALLEST_SCALE, 1.0), told.real("shift", -LATEST, LATEST)
+        stored, visited = told.column("stored", "d", nodes, -LARGEST, LARGEST), told.octets("visited", nodes, 1)
+        self.scale, self.shift = told.real("scale", SMALLEST_SCALE, 1.0), told.real("shift", -LARGEST, LARGEST)
         if self.spread is not None:
             self.spread.restore(told.part("spread"))
         self._fading.restore(told)

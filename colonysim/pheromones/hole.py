@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.exact import exp, log
 from colonysim.pheromones.field import Write
-from colonysim.pheromones.marks import LATEST, Fading, Marks, each_node, gather_keys
+from colonysim.pheromones.marks import Fading, Marks, each_node, gather_keys
 from colonysim.pheromones.spreading import NodeValues
-from colonysim.states import Stored
+from colonysim.states import LARGEST, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -254,7 +254,7 @@ class HoleTrail(Marks):
 
     def _update_spread(self, node: int, level: float) -> None:
         """Algorithm 5 by either rule, on H itself."""
-        visibility, terrain = self._world.visibility(), self._world.terrain
+        visibility, terrain = self._world.visibility_of(self._agent), self._world.terrain
         holes = len(self.spread)
         for hole in range(holes):
             self._best[hole] = 1.0 if self._printed else self._strength(node, hole)
@@ -351,8 +351,8 @@ class HoleTrail(Marks):
         told, nodes, most = Stored(state, "field H"), len(self._count), len(self._best)
         count = told.column("count", "i", nodes, 0, most)
         holes = told.column("holes", "i", sum(count), 0, most - 1)
-        fars = told.column("fars", "d", sum(count), -LATEST, LATEST)
-        aged = told.real("aged", -LATEST, LATEST)
+        fars = told.column("fars", "d", sum(count), -LARGEST, LARGEST)
+        aged = told.real("aged", -LARGEST, LARGEST)
         for hole, values in enumerate(told.listed("spread", len(self.spread))):
             if values is not None:
                 fresh = self.spread[hole] = self._new_values()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from colonysim.arguments import real
 from colonysim.exact import exp
 from colonysim.pheromones.field import Write
+from colonysim.states import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -17,12 +18,10 @@ if TYPE_CHECKING:
     from colonysim.states import State, Stored
     from colonysim.world.state import World
 
-__all__ = ["LATEST", "Fading", "Marks", "each_node", "gather_keys"]
+__all__ = ["Fading", "Marks", "each_node", "gather_keys"]
 
 LN2 = 0.6931471805599453
 SHORTEST_HALF_LIFE, LONGEST_HALF_LIFE = 1e-6, 1e9
-LATEST = 1e300
-"""Bound of the times and values in a state."""
 LEAST_LEFT = 1e-9
 """When less is left of the values of a time, they are written anew."""
 
@@ -84,7 +83,7 @@ class Fading:
 
     def restore(self, state: Stored) -> None:
         """Takes the second from the state of a field."""
-        self.restart(state.real("since", 0.0, LATEST))
+        self.restart(state.real("since", 0.0, LARGEST))
 
 
 class Marks:

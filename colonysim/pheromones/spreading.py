@@ -8,7 +8,8 @@ from array import array
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import real
-from colonysim.pheromones.marks import LATEST, Fading, each_node
+from colonysim.pheromones.marks import Fading, each_node
+from colonysim.states import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -192,11 +193,11 @@ class NodeValues:
         Raises:
             ColonysimError: It is none.
         """
-        held = told.column("held", "d", self._size, -LATEST, LATEST)
+        held = told.column("held", "d", self._size, -LARGEST, LARGEST)
         active = told.column("active", "i", None, 0, self._size - 1)
         nodes = told.column("nodes", "i", None, END, self._size - 1)
-        seconds = told.column("seconds", "d", len(nodes), 0.0, LATEST)
-        amounts = told.column("amounts", "d", len(nodes), -LATEST, LATEST)
+        seconds = told.column("seconds", "d", len(nodes), 0.0, LARGEST)
+        amounts = told.column("amounts", "d", len(nodes), -LARGEST, LARGEST)
         if len({*active}) < len(active) or (active and not self._spreads):
             raise told.fault("active", active.tolist(), "each node once")
         self.scale, self.ticks = told.real("scale", SMALLEST_SCALE, 1.0), told.whole("ticks")

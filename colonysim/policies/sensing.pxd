@@ -1,9 +1,9 @@
 # The types of sensing.py when it is compiled.
 cimport cython
-from colonysim.draws cimport Draws as Drawn
+from colonysim.draws cimport Draws as Drawn, Keyed
 
-cdef unsigned long long ALL, STEP, FIRST, SECOND, OF_BOXES, OF_NODES, OF_MARKS
-cdef double UNIT, BITS
+cdef unsigned long long OF_BOXES, OF_NODES, OF_MARKS
+cdef double BITS
 
 
 @cython.final
@@ -12,7 +12,7 @@ cdef class Senses:
     cdef readonly double[::1] true_x, true_y, x, y, lengths
     cdef public Drawn looks
     cdef double _missed, _spread, _noise, _second
-    cdef unsigned long long _state
+    cdef Keyed _errors
 
     cpdef unsigned long long look(self, int agent) except? 1
     cpdef bint overlooks(self, unsigned long long look, int box) except? -1
@@ -20,11 +20,6 @@ cdef class Senses:
     cpdef place(self, unsigned long long look, int node, bint exact)
     @cython.locals(factor=double)
     cpdef double factor(self, unsigned long long look, unsigned long long field, int node, int key) except? -1
-    @cython.locals(state="unsigned long long")
-    cdef void _begin(self, unsigned long long look, unsigned long long one, unsigned long long other)
-    cdef double _uniform(self)
-    @cython.locals(square=double, one=double, other=double, wide=double)
+    @cython.locals(square=double, one=double, other=double, wide=double, errors=Keyed)
     cdef double _normal(self) except? -1
 
-
-cdef unsigned long long _mixed(unsigned long long z)

@@ -12,20 +12,18 @@ from array import array
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from colonysim.draws import Keyed
 from colonysim.exact import log
 
 if TYPE_CHECKING:
     from colonysim.draws import Draws
-    from colonysim.scenario.groups import Faults
+    from colonysim.scenario.faults import Faults
     from colonysim.world.topology import Topology
 
 __all__ = ["Senses", "tag_of"]
 
-ALL = 0xFFFFFFFFFFFFFFFF
-STEP = 0x9E3779B97F4A7C15
-FIRST, SECOND = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
-UNIT, BITS = 1.0 / 9007199254740992.0, 9007199254740992.0
-"""2 to the power of -53, and of 53."""
+BITS = 9007199254740992.0
+"""2 to the power of 53: so many numbers can be drawn for a look."""
 OF_BOXES, OF_NODES, OF_MARKS = 0x243F6A8885A308D3, 0x13198A2E03707344, 0xA4093822299F31D0
 """Tell errors of one kind in a look from those of another: digits of pi."""
 
@@ -53,7 +51,7 @@ class Senses:
         self.true_x, self.true_y = (array("d", topology.x), array("d", topology.y)) if size else (array("d"),) * 2
         self.x, self.y = array("d", bytes(8 * size)), array("d", bytes(8 * size))
         self.lengths = array("d", topology.edges.lengths) if size else array("d")
-        self._state, self._second = 0, 0.0
+        self._errors, self._second = Keyed(), 0.0
         self.looks: Draws | None = None
 
     def look(self, agent: int) -> int:
@@ -63,51 +61,33 @@ class Senses:
 
     def overlooks(self, look: int, box: int) -> bool:
         """Whether a box is not seen in a look."""
-        self._begin(look ^ OF_BOXES, box, 0)
-        return self._uniform() < self._missed
+        self._errors.begin(look ^ OF_BOXES, box, 0)
+        return self._errors.draw() < self._missed
 
     def place(self, look: int, node: int, exact: bool) -> None:
         """Writes where a node seems to lie in a look into `x` and `y`; the true place if `exact`."""
         east, north = self.true_x[node], self.true_y[node]
         if not exact:
-            self._begin(look ^ OF_NODES, node, 0)
+            self._errors.begin(look ^ OF_NODES, node, 0)
             east += self._spread * self._normal()
             north += self._spread * self._second
         self.x[node], self.y[node] = east, north
 
     def factor(self, look: int, field: int, node: int, key: int) -> float:
         """What the value of a field at a node is multiplied by as it is read in a look; never below 0."""
-        self._begin((look ^ OF_MARKS) + field, node, key)
+        self._errors.begin((look ^ OF_MARKS) + field, node, key)
         factor = 1.0 + self._noise * self._normal()
         return factor if factor > 0.0 else 0.0
 
-    # -- SplitMix64 over what is asked about -----------------------------------------------------------------------
-
-    def _begin(self, look: int, one: int, other: int) -> None:
-        state = _mixed((look + STEP) & ALL)
-        state = _mixed((state ^ ((one + 1) * STEP)) & ALL)
-        self._state = _mixed((state ^ ((other + 2) * SECOND)) & ALL)
-
-    def _uniform(self) -> float:
-        """The next number, 0 to 1 without 1."""
-        self._state = (self._state + STEP) & ALL
-        return (_mixed(self._state) >> 11) * UNIT
-
     def _normal(self) -> float:
         """A standard normal number; another one stands in `_second`: Marsaglia's polar method."""
-        square = 0.0
+        square, errors = 0.0, self._errors
         while not 0.0 < square < 1.0:
-            one, other = 2.0 * self._uniform() - 1.0, 2.0 * self._uniform() - 1.0
+            one, other = 2.0 * errors.draw() - 1.0, 2.0 * errors.draw() - 1.0
             square = one * one + other * other
         wide = sqrt(-2.0 * log(square) / square)
         self._second = wide * other
         return wide * one
-
-
-def _mixed(z: int) -> int:
-    z = ((z ^ (z >> 30)) * FIRST) & ALL
-    z = ((z ^ (z >> 27)) * SECOND) & ALL
-    return z ^ (z >> 31)
 
 
 def tag_of(name: str) -> int:

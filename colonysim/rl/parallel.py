@@ -98,9 +98,8 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         Args:
             actions: By agent. One that is asked and given nothing to do waits for one edge's time.
         """
-        turns, pause = self.turns, self.turns.observer.moves.pause
-        for agent in turns.together:
-            turns.decide(actions.get(name_of(agent), pause))
+        turns = self.turns
+        turns.decide_together(actions)
         if self.agents:
             turns.go_on()
         observations, infos = self._told()

@@ -79,9 +79,8 @@ class ColonyMultiAgent:
         Args:
             action_dict: By agent. One that is asked and given nothing to do waits for one edge's time.
         """
-        turns, pause = self.turns, self.turns.observer.moves.pause
-        for agent in turns.together:
-            turns.decide(action_dict.get(name_of(agent), pause))
+        turns = self.turns
+        turns.decide_together(action_dict)
         before = {name: agent for agent, name in enumerate(self.possible_agents) if name in self.agents}
         turns.go_on()
         for agent in before.values():

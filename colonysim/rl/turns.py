@@ -24,7 +24,7 @@ from colonysim.suggest import nearest
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from typing import Self
 
     from numpy.typing import NDArray
@@ -263,6 +263,15 @@ class Turns:
             given, illegal = self._intent(agent, action)
         colony.answer(given)
         self._since[agent], self._illegal[agent], self._seen = colony.now, illegal, None
+
+    def decide_together(self, actions: Mapping[str, Action]) -> None:
+        """Has all agents act that decide on the same state; one that is given nothing to do waits for one edge's time.
+
+        Args:
+            actions: By name of an agent; those of others are left aside.
+        """
+        for agent in self.together:
+            self.decide(actions.get(name_of(agent), self.observer.moves.pause))
 
     def _intent(self, agent: int, action: Any) -> tuple[Intent, bool]:
         """What an action means, and whether it is not allowed."""

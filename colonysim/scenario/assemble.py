@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from colonysim.scenario.changes import read_changes, read_newcomers
 from colonysim.scenario.complaints import complaint
+from colonysim.scenario.faults import faults_of
 from colonysim.scenario.format import (
     BoxMapping,
     BoxRow,
@@ -40,7 +41,7 @@ from colonysim.scenario.generate import (
     ring,
     rooms,
 )
-from colonysim.scenario.groups import faults_of, groups_of
+from colonysim.scenario.groups import groups_of
 from colonysim.scenario.scenario import BoxStart, Hole, Scenario, Timing
 from colonysim.scenario.sections import LARGEST, SMALLEST
 from colonysim.scenario.solvable import cut_off
@@ -117,7 +118,10 @@ class _Assembly:
             time_limit=None if file.time_limit is None else float(file.time_limit),
             reach=float(file.reach),
             timing=self._timing(topology, edges),
-            changes=read_changes(file.changes, places, topology, rims, goal, len(boxes), len(agents), newcomers),
+            changes=read_changes(
+                file.changes, places, topology, rims, goal, len(boxes), len(agents), self._node,
+                lambda pair, path: self._edge(pair, path, edges),
+            ),
             newcomers=newcomers if file.changes else None,
             policy=policy.name,
             parameters=dict(policy.model_extra or {}),

@@ -153,7 +153,8 @@ def read_changes(
     goal: int,
     boxes: int,
     agents: int,
-    newcomers: Newcomers,
+    node: Callable[[int, str], int],
+    edge: Callable[[tuple[int, int], str], tuple[int, int]],
 ) -> tuple[Change, ...]:
     """The timeline of a scenario.
 
@@ -165,16 +166,18 @@ def read_changes(
         goal: The goal to begin with.
         boxes: How many there are, those that come included.
         agents: How many there are, those that join included.
-        newcomers: What the timeline brings.
+        node: The index of a node by number, and where that stands.
+        edge: The indices of two nodes that an edge joins likewise.
 
     Raises:
         ScenarioError: A change cannot be.
     """
-    reader = _Reader(places, topology, rims, {goal}, boxes, agents)
+    reader = _Reader(places, topology, rims, {goal}, boxes, agents, node, edge)
     for number, section in enumerate(sections):
         if section.move_goal is not None:
             reader.goals.add(reader.node(section.move_goal, _path(number, "move_goal")))
-    next_box, next_agent = boxes - len(newcomers.boxes), agents - len(newcomers.agents)
+    next_box = boxes - sum(section.add_box is not None for section in sections)
+    next_agent = agents - sum(section.add_agent is not None for section in sections)
     found = []
     for number, section in enumerate(sections):
         change = reader.change(number, section, next_box, next_agent)
@@ -194,21 +197,23 @@ class _Reader:
         goals: All nodes that are the goal at some time.
         boxes: How many there are.
         agents: How many there are.
+        node: See `read_changes`.
+        edge: The same.
     """
 
     def __init__(
-        self, places: Places, topology: Topology, rims: Mapping[int, float], goals: set[int], boxes: int, agents: int
+        self,
+        places: Places,
+        topology: Topology,
+        rims: Mapping[int, float],
+        goals: set[int],
+        boxes: int,
+        agents: int,
+        node: Callable[[int, str], int],
+        edge: Callable[[tuple[int, int], str], tuple[int, int]],
     ) -> None:
         self._places, self._topology, self._rims, self.goals = places, topology, rims, goals
-        self._boxes, self._agents = boxes, agents
-
-    def node(self, number: int, path: str) -> int:
-        """The index of a node by its number."""
-        index = self._topology.index
-        if number not in index:
-            nearest = min(index, key=lambda known: (abs(known - number), known))
-            raise self._places.fault(path, f"there is no node {number}; did you mean {nearest}?")
-        return index[number]
+        self._boxes, self._agents, self.node, self._edge = boxes, agents, node, edge
 
     def change(self, number: int, section: ChangeSection, next_box: int, next_agent: int) -> Change:
         """A change; a box or an agent that it brings gets the next number."""
@@ -216,9 +221,7 @@ class _Reader:
         first, last = self._episodes(number, section)
         more: dict[str, object] = {}
         if (pair := section.add_edge or section.remove_edge) is not None:
-            i, j = (self.node(end, _path(number, f"{kind}.{n}")) for n, end in enumerate(pair))
-            if j not in self._topology.neighbours[i]:
-                raise fault(_path(number, kind), f"{pair[0]}-{pair[1]} is no edge, expected one")
+            i, j = self._edge(pair, _path(number, kind))
             more = {"node": i, "target": j}
         elif section.set_surface is not None:
             node = self.node(section.set_surface.node, _path(number, "set_surface.node"))

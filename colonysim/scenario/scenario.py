@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
     from colonysim.errors import ScenarioError
     from colonysim.scenario.changes import Change, Newcomers
-    from colonysim.scenario.groups import Faults, Group
+    from colonysim.scenario.faults import Faults
+    from colonysim.scenario.groups import Group
     from colonysim.world.topology import Topology
 
 __all__ = ["BoxStart", "Hole", "Scenario", "Timing"]

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import simpy
 
+from colonysim.states import LARGEST
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -17,8 +19,8 @@ __all__ = ["Alarm", "Timer", "Timers"]
 
 MORE = 16
 """So many timers are made at once."""
-LATEST, LAST = 1e300, 8.0
-"""Bounds of the times and of the priorities that alarms may have."""
+LAST = 8.0
+"""Bound of the priorities that alarms may have."""
 _OFF = -1.0
 """The priority of an alarm that is not scheduled."""
 
@@ -29,12 +31,12 @@ class Alarm:
     What happens then is said by derived classes.
 
     Args:
-        nursery: An environment that is run before the alarm is armed: an event that has happened is `ok`, and may be
+        first_env: An environment that is run before the alarm is armed: an event that has happened is `ok`, and may be
             scheduled in any other.
     """
 
-    def __init__(self, nursery: simpy.Environment) -> None:
-        self._event: simpy.Event = nursery.timeout(0.0)
+    def __init__(self, first_env: simpy.Environment) -> None:
+        self._event: simpy.Event = first_env.timeout(0.0)
         self._callbacks: list[Callable[[simpy.Event], None]] = [self.come]
         self._due, self._order = 0.0, _OFF
 
@@ -57,12 +59,12 @@ class Alarm:
 
     def reset(self) -> None:
         """The event is not scheduled: there is a new environment."""
-        self._order = _OFF
+        self._event.callbacks = None  # type: ignore[assignment]  # as SimPy leaves those that have come
 
     @property
     def scheduled(self) -> bool:
         """Whether the event is still to come."""
-        return self._order != _OFF
+        return self._event.callbacks is not None
 
     @property
     def due(self) -> float:
@@ -71,25 +73,24 @@ class Alarm:
 
     @property
     def order(self) -> float:
-        """Its priority."""
-        return self._order
+        """Its priority; below 0 if it is not scheduled."""
+        return self._order if self.scheduled else _OFF
 
 
 class Timer(Alarm):
     """An alarm for a wait that ends at a time of its own, whether or not it has ended before.
 
     Args:
-        nursery: See `Alarm`.
+        first_env: See `Alarm`.
         timers: Those to which it belongs.
     """
 
-    def __init__(self, nursery: simpy.Environment, timers: Timers) -> None:
-        super().__init__(nursery)
+    def __init__(self, first_env: simpy.Environment, timers: Timers) -> None:
+        super().__init__(first_env)
         self._timers, self.wait = timers, -1
 
     def come(self, event: simpy.Event) -> None:
         """Its wait expires."""
-        self._order = _OFF
         self._timers.expire(self, self._due)
 
 
@@ -114,10 +115,10 @@ class Timers:
     def start(self, env: simpy.Environment, now: float, seconds: float, order: float, wait: int) -> None:
         """Lets a wait of that number expire; see `Alarm.arm`."""
         if not self._idle:
-            nursery = simpy.Environment()
-            self._idle = [Timer(nursery, self) for _ in range(MORE)]
+            first_env = simpy.Environment()
+            self._idle = [Timer(first_env, self) for _ in range(MORE)]
             self._made += self._idle
-            nursery.run()
+            first_env.run()
         timer = self._idle.pop()
         timer.wait = wait
         timer.arm(env, now, seconds, order)
@@ -144,7 +145,7 @@ class Timers:
             env: The environment, at time 0.
             now: Nothing is due before this.
         """
-        due = state.column("due", "d", None, now, LATEST)
+        due = state.column("due", "d", None, now, LARGEST)
         order, wait = state.column("order", "d", len(due), 0.0, LAST), state.column("wait", "q", len(due), 0)
         for i in range(len(due)):
             self.start(env, 0.0, due[i], order[i], wait[i])

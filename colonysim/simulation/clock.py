@@ -7,7 +7,8 @@ from array import array
 from typing import TYPE_CHECKING
 
 from colonysim.backends.protocol import Finished
-from colonysim.simulation.alarms import LATEST, Alarm
+from colonysim.simulation.alarms import Alarm
+from colonysim.states import LARGEST
 from colonysim.world.plain import outcome_of, outcome_state
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ class Clock(Alarm):
     """Advances a backend tick by tick while one of its actions is pending, and sleeps otherwise.
 
     Args:
-        nursery: See `Alarm`.
+        first_env: See `Alarm`.
         backend: The backend.
         latest: Returns the time at which the episode ends if nothing happens before, simulated seconds.
         goes_on: Called with the time of each event of the clock's own; returns whether the episode has not ended by
@@ -43,13 +44,13 @@ class Clock(Alarm):
 
     def __init__(
         self,
-        nursery: simpy.Environment,
+        first_env: simpy.Environment,
         backend: Backend,
         latest: Callable[[], float],
         goes_on: Callable[[float], bool],
         ended: Callable[[int, Outcome], None],
     ) -> None:
-        super().__init__(nursery)
+        super().__init__(first_env)
         self._backend, self._latest, self._goes_on, self._ended = backend, latest, goes_on, ended
         self._pending: dict[int, float] = {}
         self._finished: Sequence[Finished] = ()
@@ -95,7 +96,6 @@ class Clock(Alarm):
     def come(self, event: simpy.Event) -> None:
         """The next phase begins."""
         now = self._due
-        self.reset()
         if self._phase == _CALLED:
             self._begin_tick(now)
             return
@@ -137,7 +137,7 @@ class Clock(Alarm):
         """
         most = len(world.agent_node)
         agents = state.wholes("agents", None, 0, most - 1)
-        self._pending = dict(zip(agents, state.column("until", "d", len(agents), 0.0, LATEST), strict=True))
+        self._pending = dict(zip(agents, state.column("until", "d", len(agents), 0.0, LARGEST), strict=True))
         finished = []
         for each in state.listed("finished"):
             if not isinstance(each, list) or len(each) != 2 or each[0] not in self._pending:
@@ -148,7 +148,7 @@ class Clock(Alarm):
             finished.append(Finished(each[0], outcome))
         self._finished, self._phase = finished, state.whole("phase", _IDLE, _TOLD)
         if self._phase != _IDLE:
-            self.arm(self._env, 0.0, state.real("due", now, LATEST), ORDER)
+            self.arm(self._env, 0.0, state.real("due", now, LARGEST), ORDER)
 
     def _begin_tick(self, now: float) -> None:
         self._phase = _TICKING

@@ -37,7 +37,7 @@ from colonysim.trace.checks import LONGEST
 from colonysim.trace.rows import Rows
 from colonysim.trace.schema import EVENT_KINDS
 from colonysim.trace.writer import TraceWriter
-from colonysim.world.state import World
+from colonysim.world.state import AgentStatus, World
 
 if TYPE_CHECKING:
     from typing import Self
@@ -268,6 +268,10 @@ class Colony:
             self._fail()
             raise
 
+    def _refuse_calls(self) -> None:
+        if self._calling:
+            raise ColonysimError("a colony cannot go on while it waits for an observer or a measurement of its own")
+
     def _fill(self, until: float, *, stay: bool = False) -> bool:
         """Lets the colony go on until events have come out; False if none have by a time of the episode under way.
 
@@ -275,8 +279,7 @@ class Colony:
             until: That time.
             stay: Whether to stop at the end of the episode under way, or of the one that begins now.
         """
-        if self._calling:
-            raise ColonysimError("a colony cannot go on while it waits for an observer or a measurement of its own")
+        self._refuse_calls()
         if self._closed:
             return False
         events, episode, measures = self._rows.events, self._episode, self._measures
@@ -368,7 +371,7 @@ class Colony:
             ColonysimError: Nobody is asked, or there is no such agent in the place.
         """
         number = self._whom() if agent is None else whole("agent", agent, 0, len(self._agents) - 1)
-        if self._world.agent_node[number] < 0:
+        if self._world.agent_status[number] is AgentStatus.ABSENT:
             raise ColonysimError(f"agent {number} is not there")
         view = self._episode.views[number]
         view.look()
@@ -416,8 +419,7 @@ class Colony:
             raise
 
     def _whom(self) -> int:
-        if self._calling:
-            raise ColonysimError("a colony cannot go on while it waits for an observer or a measurement of its own")
+        self._refuse_calls()
         if self._closed or not self._running or self._episode.asked < 0:
             raise ColonysimError("no agent is asked for a decision now: go on until one is (colony.asked)")
         return self._episode.asked

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from colonysim.trace.rows import Rows
     from colonysim.world.state import World
 
-__all__ = ["Episode"]
+__all__ = ["DOING", "Episode"]
 
 ENDS, WOKEN, MOVED = 2.0, 3.0, 4.0
 """SimPy's priorities of what happens at one time: first what ends then, next who was called by it, last who has just
@@ -60,25 +60,25 @@ SELDOM = 0.01
 STOPPED, NO_PUSHER = "stopped", "does not push"
 """The reasons of an agent's wait while it stands still, and of a push that is not for an agent of its group."""
 ABSENT, LOST = AgentStatus.ABSENT, AgentStatus.LOST
-RESTING, ACTING, STANDING = 0, 1, 2
+RESTING, ACTING, STANDING = DOING = 0, 1, 2
+"""What an agent is doing: nothing, a move, or standing still until a certain time."""
 
 
 class Process(Alarm):
     """The process of an agent: it goes on whenever its event comes.
 
     Args:
-        nursery: See `Alarm`.
+        first_env: See `Alarm`.
         episode: The episode.
         agent: Which agent.
     """
 
-    def __init__(self, nursery: simpy.Environment, episode: Episode, agent: int) -> None:
-        super().__init__(nursery)
+    def __init__(self, first_env: simpy.Environment, episode: Episode, agent: int) -> None:
+        super().__init__(first_env)
         self._episode, self._agent = episode, agent
 
     def come(self, event: simpy.Event) -> None:
         """Its action has ended, or it is to choose again."""
-        self.reset()
         episode = self._episode
         if episode._goes_on(self._due):
             episode._resume(self._agent)
@@ -90,17 +90,16 @@ class Ticker(Alarm):
     """The process of a synchronous episode, which takes the place of the agents' own.
 
     Args:
-        nursery: See `Alarm`.
+        first_env: See `Alarm`.
         episode: The episode.
     """
 
-    def __init__(self, nursery: simpy.Environment, episode: Episode) -> None:
-        super().__init__(nursery)
+    def __init__(self, first_env: simpy.Environment, episode: Episode) -> None:
+        super().__init__(first_env)
         self._episode = episode
 
     def come(self, event: simpy.Event) -> None:
         """The next tick begins."""
-        self.reset()
         episode = self._episode
         if episode._goes_on(self._due):
             episode._tick()
@@ -144,11 +143,11 @@ class Episode:
         self.max_steps, self.stall = scenario.max_steps, scenario.stall_seconds
         self.limit = inf if scenario.time_limit is None else scenario.time_limit
         self.waiting = Waiting(agents, len(world.topology), self._rouse)
-        nursery = simpy.Environment()
-        self.processes = [Process(nursery, self, agent) for agent in range(agents)]
-        self.timers, self.ticker = Timers(self._expired), Ticker(nursery, self)
-        self.clock = Clock(nursery, backend, self._latest, self._goes_on, self._ended)
-        nursery.run()
+        first_env = simpy.Environment()
+        self.processes = [Process(first_env, self, agent) for agent in range(agents)]
+        self.timers, self.ticker = Timers(self._expired), Ticker(first_env, self)
+        self.clock = Clock(first_env, backend, self._latest, self._goes_on, self._ended)
+        first_env.run()
         # What each agent is doing: where it goes, with which box for which hole, since when, and what will come of it.
         self.doing = bytearray(agents)
         self.target, self.box, self.hole, self.ends_at = (array("i", [-1]) * agents for _ in range(4))
@@ -233,6 +232,8 @@ class Episode:
         """Draws from now on from other streams of the episode."""
         self.ties = streams.draws("ties", len(self.views))
         self._seed(streams)
+        if self.faults is not None:
+            self.faults.reseed(streams)
 
     def close(self) -> None:
         """Lets go of what calls back, for it knows the episode."""

@@ -8,8 +8,9 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from colonysim.policies.decision import decision_of, decision_state
-from colonysim.simulation.alarms import LAST, LATEST
-from colonysim.states import MOST, Stored
+from colonysim.simulation.alarms import LAST
+from colonysim.simulation.episode import DOING
+from colonysim.states import LARGEST, MOST, Stored
 from colonysim.world.plain import move_of, move_state, outcome_of, outcome_state
 
 if TYPE_CHECKING:
@@ -19,8 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["episode_state", "restore_episode", "resume_streams"]
 
-ACTING, STANDING = 1, 2
-"""Of what agents are doing, see `simulation/episode`."""
+_, ACTING, STANDING = DOING
 GENERATOR, WORDS = 3, 625
 """Version of the states of Python's generators, and how many numbers one holds."""
 _COLUMNS = {
@@ -80,7 +80,7 @@ def restore_episode(
     nodes, boxes, holes = len(world.topology), len(world.box_node), len(world.hole_node)
     episode.timeline.enter(number)
     episode.prepare(number, memories, streams, synchronous)
-    episode.now, episode.due = told.real("now", 0.0, LATEST), told.real("due", 0.0)
+    episode.now, episode.due = told.real("now", 0.0, LARGEST), told.real("due", 0.0)
     episode.last_outcome, episode.stuck, episode.over = (
         told.real("last_outcome", 0.0),
         told.flag("stuck"),
@@ -100,7 +100,7 @@ def restore_episode(
     episode.decided = [episode.stopped if each is None else each for each in decided]
     if episode.asked >= 0 and not episode.outside:
         raise told.fault("asked", episode.asked, "an agent whose decisions come from outside")
-    waited, failures = told.column("waited", "d", agents, 0.0, LATEST), told.wholes("failures", agents)
+    waited, failures = told.column("waited", "d", agents, 0.0, LARGEST), told.wholes("failures", agents)
     refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
     for agent, view in enumerate(episode.views):
         view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
@@ -138,10 +138,10 @@ def _restore_alarms(episode: Episode, told: Stored) -> None:
     ticker = Stored(dict(zip(("due", "order"), told.listed("tick", 2), strict=True)), "tick")
     for alarm, at, order in (
         *zip(episode.processes, due, orders, strict=True),
-        (episode.ticker, ticker.real("due", 0.0, LATEST), ticker.real("order", -1.0, LAST)),
+        (episode.ticker, ticker.real("due", 0.0, LARGEST), ticker.real("order", -1.0, LAST)),
     ):
         if order >= 0.0:
-            if not episode.now <= at <= LATEST:
+            if not episode.now <= at <= LARGEST:
                 raise told.fault("alarms", at, "times that are still to come")
             alarm.arm(episode.env, 0.0, at, order)
     episode.armed = sum(order >= 0.0 for order in orders)

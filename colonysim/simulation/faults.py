@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from colonysim.draws import Draws
     from colonysim.randomness import Streams
-    from colonysim.scenario.groups import Faults
+    from colonysim.scenario.faults import Faults
     from colonysim.states import State, Stored
     from colonysim.world.topology import Topology
 

@@ -271,8 +271,6 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
         if colony._running:
             own = colony._streams.within(f"episode/{colony._number}")
             colony._episode.reseed(own)
-            if colony._episode.faults is not None:
-                colony._episode.faults.reseed(own)
             colony._body.reseed(own)  # type: ignore[attr-defined]
     if colony._running and (seed is not None or settings):
         change = {

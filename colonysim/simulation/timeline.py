@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import simpy
 
-from colonysim.simulation.alarms import LAST, LATEST, Alarm
+from colonysim.simulation.alarms import LAST, Alarm
+from colonysim.states import LARGEST
 from colonysim.world.changing import make, possible
 from colonysim.world.state import AgentStatus
 
@@ -27,20 +28,20 @@ CHANGES_FIRST = 1.5
 Changes of one time happen in the order of the file.
 """
 STEP = 1e-6
+"""By so much their priorities differ from one to the next."""
 _OF_PLACE = ("add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal")
-"""What happens to the place before an episode's first event: a backend builds it as it is then."""
+"""Kinds of changes that happen before a backend builds the place, if they happen at the very start of an episode."""
 
 
 class _Due(Alarm):
     """A change whose time comes."""
 
-    def __init__(self, nursery: simpy.Environment, timeline: Timeline, change: Change) -> None:
-        super().__init__(nursery)
+    def __init__(self, first_env: simpy.Environment, timeline: Timeline, change: Change) -> None:
+        super().__init__(first_env)
         self._timeline, self.change = timeline, change
 
     def come(self, event: simpy.Event) -> None:
         """The time has come."""
-        self.reset()
         self._timeline.come(self, self.due)
 
 
@@ -61,9 +62,10 @@ class Timeline:
 
     def __init__(self, episode: Episode, backend: Backend) -> None:
         self._episode, self._world, self._changed = episode, episode.world, getattr(backend, "changed", None)
-        nursery = simpy.Environment()
-        self._alarms = [_Due(nursery, self, change) for change in episode.world.scenario.changes]
-        nursery.run()
+        self._starters = len(episode.world.scenario.agents_at_start)
+        first_env = simpy.Environment()
+        self._alarms = [_Due(first_env, self, change) for change in episode.world.scenario.changes]
+        first_env.run()
         self._moves_goal = len(episode.world.scenario.goals) > 1
         self._of_now: list[_Due] = []
         self._joining = frozenset[int]()
@@ -107,7 +109,7 @@ class Timeline:
 
     def takes_part(self, agent: int) -> bool:
         """Whether an agent is there when the episode begins or joins later in it."""
-        return agent < len(self._world.scenario.agents_at_start) or agent in self._joining
+        return agent < self._starters or agent in self._joining
 
     def _arm(self, alarm: _Due, now: float, seconds: float) -> None:
         alarm.arm(self._episode.env, now, seconds, CHANGES_FIRST + STEP * alarm.change.number)
@@ -124,7 +126,10 @@ class Timeline:
             self._episode.awaited = True
             return
         self._episode.last_outcome = due
-        self._tell(alarm.change, self._make(alarm.change))
+        at = self._make(alarm.change)
+        if self._changed is not None and alarm.change.kind != "fail":
+            self._changed(alarm.change)
+        self._tell(alarm.change, at)
 
     def notice(self) -> None:
         """Something has happened: what waits for it has its time now."""
@@ -150,7 +155,7 @@ class Timeline:
         due, orders = told.column("due", "d", count), told.column("orders", "d", count, -1.0, LAST)
         for alarm, at, order in zip(self._alarms, due, orders, strict=True):
             if order >= 0.0:
-                if not now <= at <= LATEST:
+                if not now <= at <= LARGEST:
                     raise told.fault("due", at, "times that are still to come")
                 self._arm(alarm, 0.0, at)
         self.waiting = [self._alarms[number] for number in told.wholes("waiting", None, 0, count - 1)]
@@ -204,8 +209,6 @@ class Timeline:
         elif change.kind == "move_goal":
             nodes = range(len(world.topology))
             self._tell_goal()
-        if self._changed is not None:
-            self._changed(change)
         if change.kind == "add_agent":
             episode.join(change.agents[0])
         episode.waiting.wake(nodes)

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from math import nan
 from typing import TYPE_CHECKING, Any
 
+from colonysim.trace.groups import group_at
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -99,9 +101,8 @@ class AgentsView(_OfWorld):
 
     @property
     def group(self) -> NDArray[np.str_]:
-        """Name of each agent's group; empty if the scenario has none."""
-        names = [group.name for group in self._world.scenario.groups for _ in group.agents]
-        return _array(names or [""] * len(self), "str")
+        """Name of each agent's group; empty for those of none."""
+        return _array([group_at(self._world.scenario, agent) for agent in range(len(self))], "str")
 
     @property
     def takes_part(self) -> NDArray[np.bool_]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
-from colonysim.sweep.tables import read_table, read_tables
+from colonysim.sweep.tables import has_groups, read_table, read_tables
 from colonysim.trace.fields import MOST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
-__all__ = ["are_groups", "has_groups", "read_by_group"]
+__all__ = ["are_groups", "read_by_group"]
 
 _LONGEST = 1000
 """Characters of a group's name at most; scenarios take far fewer."""
@@ -27,11 +27,6 @@ def _is_group(episode: Any, name: Any, agents: Any, success: Any, steps: Any) ->
     wholes = all(type(number) is int and 0 <= number <= MOST for number in (episode, agents, steps))
     within = isinstance(success, (int, float)) and not isinstance(success, bool) and 0.0 <= success <= 1.0
     return wholes and within and isinstance(name, str) and len(name) <= _LONGEST
-
-
-def has_groups(directory: str | Path) -> bool:
-    """Whether a sweep has results by group."""
-    return (Path(directory) / "groups.parquet").is_file()
 
 
 def read_by_group(directory: str | Path) -> tuple[Any, Any]:

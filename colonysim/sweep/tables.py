@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from colonysim.sweep.plan import Trial
 
-__all__ = ["BOUNDS", "query", "read_table", "read_tables", "settings", "summary", "write_tables"]
+__all__ = ["BOUNDS", "has_groups", "query", "read_table", "read_tables", "settings", "summary", "write_tables"]
 
 _TEXT, _WHOLE, _NUMBER = ("string",), ("int64",), ("double", "int64")
 _COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -191,6 +191,11 @@ def read_tables(directory: str | Path) -> tuple[Any, Any]:
     return trials, episodes
 
 
+def has_groups(directory: str | Path) -> bool:
+    """Whether a sweep has results by group."""
+    return (Path(directory) / "groups.parquet").is_file()
+
+
 def settings(trials: Any) -> list[str]:
     """The columns of the table of trials that tell what was run, without the seed."""
     return [name for name in trials.column_names[1 : trials.column_names.index("status")] if name != "seed"]
@@ -260,7 +265,7 @@ def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, .
     except ImportError as error:
         raise MissingExtraError(f"a query needs DuckDB ({error}): pip install 'colonysim[sweep]'") from error
     tables = dict(zip(("trials", "episodes"), read_tables(directory), strict=True))
-    if (Path(directory) / "groups.parquet").is_file():
+    if has_groups(directory):
         tables["groups"] = read_table(directory, "groups")
     # The query sees these tables, and neither files nor the network.
     with duckdb.connect(config={"enable_external_access": "false"}) as connection:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Ways", "blocked_edges", "follow", "with_boxes"]
 
 
-_OF_PLACE = ("add_edge", "remove_edge", "set_surface", "move_goal")
+_BODILESS = ("add_edge", "remove_edge", "set_surface", "move_goal")
 """Changes that no body tells of."""
 
 
@@ -95,7 +95,7 @@ def with_boxes(scenario: Scenario, boxes: dict[int, int], changed: Iterable[int]
     for number in changed:
         if not 0 <= number < len(scenario.changes):
             raise TraceError(f"events: a change {number}, but the scenario's timeline has {len(scenario.changes)}")
-        if scenario.changes[number].kind in _OF_PLACE:
+        if scenario.changes[number].kind in _BODILESS:
             make(world, scenario.changes[number])
     for box in range(len(scenario.boxes)):
         if box not in boxes and world.box_node[box] >= 0:

@@ -12,7 +12,7 @@ from copy import deepcopy
 from enum import Enum
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from colonysim.states import Stored
+from colonysim.states import LARGEST, Stored
 from colonysim.world.intents import Push
 from colonysim.world.terrain import Terrain
 from colonysim.world.visibility import Visibility
@@ -47,8 +47,6 @@ _SAVED = {
     "agent_node": "i", "agent_from": "i", "agent_box": "i",
 }  # fmt: skip
 """Those of them that are arrays, with their types."""
-_HIGHEST, _LATEST = 1e300, 1e300
-"""Bounds of heights and times in a state."""
 
 
 class AgentStatus(Enum):
@@ -101,8 +99,7 @@ class World:
         "_requests", "_requests_near", "_sights", "_visibility", "agent_box", "agent_from", "agent_node",
         "agent_status", "box_base", "box_claim", "box_height", "box_node", "box_stray", "clear_requests", "edge_holder",
         "floor", "goal", "hole_at", "hole_node", "node_holder", "now", "occupant", "reserved", "rim", "scenario",
-        "stacks",
-        "surface", "terrain", "top", "topology",
+        "stacks", "surface", "terrain", "top", "topology",
     )  # fmt: skip
 
     def __init__(self, scenario: Scenario) -> None:
@@ -212,7 +209,7 @@ class World:
 
     def _restore_place(self, told: Stored) -> None:
         nodes = len(self.top)
-        floor, goal = told.column("floor", "d", nodes, -_HIGHEST, _HIGHEST), told.whole("goal", 0, nodes - 1)
+        floor, goal = told.column("floor", "d", nodes, -LARGEST, LARGEST), told.whole("goal", 0, nodes - 1)
         taken = self._rows_of(told, "taken", 2, (nodes, nodes))
         if not all(self.adjacent(i, j) for i, j in taken):
             raise told.fault("taken", taken, "edges of the place")
@@ -229,9 +226,9 @@ class World:
         told = Stored(state, "world")
         nodes, boxes, agents = len(self.top), len(self.box_node), len(self.agent_node)
         bounds = {
-            "surface": (nodes, -_HIGHEST, _HIGHEST), "occupant": (nodes, -1, agents - 1),
+            "surface": (nodes, -LARGEST, LARGEST), "occupant": (nodes, -1, agents - 1),
             "node_holder": (nodes, -1, agents - 1), "top": (nodes, -1, boxes - 1), "box_node": (boxes, -1, nodes - 1),
-            "box_base": (boxes, -_HIGHEST, _HIGHEST), "agent_node": (agents, 0, nodes - 1),
+            "box_base": (boxes, -LARGEST, LARGEST), "agent_node": (agents, 0, nodes - 1),
             "agent_from": (agents, -1, nodes - 1), "agent_box": (agents, -1, boxes - 1),
         }  # fmt: skip
         columns = {name: told.column(name, kind, *bounds[name]) for name, kind in _SAVED.items()}
@@ -255,7 +252,7 @@ class World:
         requests = self._rows_of(told, "clear_requests", 2, (nodes, agents))
         if self.scenario.changes:
             self._restore_place(told.part("place"))
-        self.now = told.real("now", 0.0, _LATEST)
+        self.now = told.real("now", 0.0, LARGEST)
         for name, column in columns.items():
             getattr(self, name)[:] = column
         self.box_claim[:], self.box_stray[:] = claims, strays

@@ -25,16 +25,18 @@ class Timeless(Mock):
         self.edge_seconds = 0.0
 
 
-class Unsteady(NodeWorld):
-    """As it should be in the first episode; then it takes its time from nowhere."""
+class Counting:
+    """Beside a backend: how often it has been reset."""
 
-    def __init__(self):
-        super().__init__()
-        self.resets = 0
+    resets = 0
 
     def reset(self, world, streams):
         super().reset(world, streams)
         self.resets += 1
+
+
+class Unsteady(Counting, NodeWorld):
+    """As it should be in the first episode; then it takes its time from nowhere."""
 
     def start(self, agent, intent, now):
         done = super().start(agent, intent, now)
@@ -376,19 +378,11 @@ class HalfSavable(Mock):
         return super().state()
 
 
-class NotReplayable(Mock):
+class NotReplayable(Counting, Mock):
     """Says that it is, but an episode after another one is not as one without it."""
 
     state = restore = None
     replayable = True
-
-    def __init__(self):
-        super().__init__()
-        self.resets = 0
-
-    def reset(self, world, streams):
-        super().reset(world, streams)
-        self.resets += 1
 
     def start(self, agent, intent, now):
         done = super().start(agent, intent, now)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from colonysim.backends.protocol import Done, Finished, TraceRow
-from colonysim.pheromones import Visit
+from colonysim.pheromones import Visit, Write
 from colonysim.policies.policy import Choice
 from colonysim.policies.view import LocalView
 from colonysim.scenario.scenario import BoxStart, Hole, Scenario, Timing
@@ -146,6 +146,49 @@ class Scripted:
 
     def close(self) -> None:
         self.closed += 1
+
+
+class Wrapped:
+    """Another's part that does what one of ours does: it is called by its protocol, and its answers are looked at."""
+
+    def __init__(self, part: Any) -> None:
+        self._part, self.name = part, part.name
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self._part, name)
+
+
+class Scent:
+    """A field A that is 1 at node 1 from the start on; agents leave nothing."""
+
+    name, by_box = "A", False
+
+    def __init__(self, world: World) -> None:
+        pass
+
+    def at(self, node: int, key: int = -1) -> float:
+        return 1.0 if node == 1 else 0.0
+
+    def keys(self, node: int) -> Sequence[int]:
+        return ()
+
+    def deposit(self, visit: Visit) -> Iterable[Write]:
+        return ()
+
+    def end_episode(self) -> None:
+        pass
+
+    def frame(self) -> Iterable[Write]:
+        return [Write(1, -1, 1.0)]
+
+    def load(self, frame: Iterable[Write]) -> None:
+        pass
+
+
+SCENT = f"{__name__}:Scent"
+"""As scenarios name it."""
 
 
 def play(scenario: Scenario, **options: Any) -> tuple[list[Event], Rows]:

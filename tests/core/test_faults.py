@@ -8,14 +8,14 @@ from importlib.machinery import EXTENSION_SUFFIXES
 
 import pytest
 from plain_python import PACKAGE, compiled_and_plain
-from small_worlds import Script, Scripted, line, play
+from small_worlds import Script, Scripted, Wrapped, line, play
 
 import colonysim
 from colonysim.backends.protocol import Done
 from colonysim.policies.stigmergy import Stigmergy
 from colonysim.policies.view import OutOfSightError
 from colonysim.randomness import Streams
-from colonysim.scenario.groups import Faults
+from colonysim.scenario.faults import Faults
 from colonysim.scenario.invent import invent
 from colonysim.simulation.faults import Breakdowns
 from colonysim.states import Stored
@@ -362,18 +362,6 @@ def test_the_state_is_plain_data_from_which_it_goes_on():
 
 
 # -- everybody's parts, in either form -------------------------------------------------------------------------------
-
-
-class Wrapped:
-    """Another's policy that does what ours does."""
-
-    def __init__(self, part):
-        self._part, self.name = part, part.name
-
-    def __getattr__(self, name):
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return getattr(self._part, name)
 
 
 @pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])

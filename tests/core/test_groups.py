@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from small_worlds import Script, Scripted, line, place, play
+from small_worlds import SCENT, Script, Scripted, line, place, play
 
 import colonysim
 from colonysim.backends.mock import Mock
@@ -191,33 +191,6 @@ def fork(**fields):
     )  # fmt: skip
 
 
-class Scent:
-    """1 at node 1 from the start on; agents leave nothing."""
-
-    name, by_box = "A", False
-
-    def __init__(self, world):
-        pass
-
-    def at(self, node, key=-1):
-        return 1.0 if node == 1 else 0.0
-
-    def keys(self, node):
-        return ()
-
-    def deposit(self, visit):
-        return ()
-
-    def end_episode(self):
-        pass
-
-    def frame(self):
-        return ()
-
-    def load(self, frame):
-        pass
-
-
 def share_over_1(group, **parameters):
     scenario = fork(parameters=parameters)
     scenario = dataclasses.replace(scenario, groups=(dataclasses.replace(group, agents=range(1)),))
@@ -227,7 +200,7 @@ def share_over_1(group, **parameters):
 
 
 def test_a_group_weighs_a_field_of_its_own_or_the_scenarios_otherwise():
-    own = {"extra_fields": [f"{__name__}:Scent"], "weights": {"A": 3.0}}
+    own = {"extra_fields": [SCENT], "weights": {"A": 3.0}}
     plain = Group("a", range(1), 5.0)
     assert 0.2 < share_over_1(plain) < 0.8
     assert share_over_1(dataclasses.replace(plain, parameters=own)) > 0.9
@@ -236,7 +209,7 @@ def test_a_group_weighs_a_field_of_its_own_or_the_scenarios_otherwise():
 
 
 def test_a_group_reads_its_fields_and_all_leave_marks_in_all_of_them():
-    scenario = grouped(3, {"policy": {"extra_fields": [f"{__name__}:Scent"]}}, {})
+    scenario = grouped(3, {"policy": {"extra_fields": [SCENT]}}, {})
     colony = colonysim.Colony(scenario, episodes=1)
     assert set(colony.fields) == {"D", "B", "H", "E", "A"}
 

@@ -6,6 +6,7 @@ from importlib.machinery import EXTENSION_SUFFIXES
 
 import pytest
 from plain_python import PACKAGE, compiled_and_plain
+from small_worlds import Wrapped
 
 import colonysim
 from colonysim.backends.nodeworld import NodeWorld
@@ -44,18 +45,6 @@ def varied(seed: int):
     scenario = random_scenario(seed, max_nodes=12 + 28 * (seed % 2), max_agents=8)
     scenario.parameters.update(VARIANTS[seed % len(VARIANTS)])
     return scenario
-
-
-class Wrapped:
-    """Another's part that does what one of ours does: it is called by its protocol, and its answers are looked at."""
-
-    def __init__(self, part):
-        self._part, self.name = part, part.name
-
-    def __getattr__(self, name):
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return getattr(self._part, name)
 
 
 class WrappedFields(Stigmergy):

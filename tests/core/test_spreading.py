@@ -16,6 +16,7 @@ from colonysim import load_scenario
 from colonysim.errors import ColonysimError
 from colonysim.pheromones import BoxWorth, Distance, Exploration, HoleTrail, NodeValues
 from colonysim.policies.presets import Colony
+from colonysim.scenario.groups import Group
 from colonysim.testing.worlds import random_scenario
 from colonysim.world.state import World
 
@@ -351,6 +352,17 @@ def test_spreading_marks_change_a_run_and_none_do_not():
     for wrong in (0, 0.001, float("inf"), None):
         with pytest.raises(ColonysimError, match=r"policy\.diffusion_period"):
             play(load_scenario("hard", None, {"policy.diffusion_period": wrong}), seed=1, episodes=1)
+
+
+def test_each_agent_marks_the_holes_within_its_own_radius():
+    groups = (Group("near", range(1), 1.0), Group("far", range(1, 2), 4.0))
+    scenario = line(6, goal=5, agents=[0, 1], holes={3: (-1.0, 0.0)}, detection_radius=2.0, groups=groups)
+    world = World(scenario)
+    field = make("H", world, half_life=None)
+    field.mark(visit(world, 1, agent=0))
+    assert field.at(1, 0) == 0.0
+    field.mark(visit(world, 1, agent=1))
+    assert field.at(1, 0) == 1.0
 
 
 def test_that_b_cannot_spread_is_said():

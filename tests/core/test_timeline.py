@@ -6,7 +6,8 @@ import pytest
 
 import colonysim
 from colonysim.backends.mock import Mock
-from colonysim.errors import ScenarioError
+from colonysim.backends.nodeworld import NodeWorld
+from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.plots import draw
 from colonysim.scenario.loading import scenario_from_document
 from colonysim.testing.timelines import random_changes
@@ -185,6 +186,34 @@ def test_a_change_outlasts_the_stall():
 def test_who_never_joins_in_an_episode_takes_no_part_in_it():
     runs = colonysim.run(line({"episode": 2, "time": 1.0, "add_agent": 3}, episodes=2), trace=False)
     assert [(result.success, result.ended) for result in runs.episodes] == [(1.0, "goal"), (1.0, "goal")]
+
+
+def test_who_has_not_joined_yet_sees_nothing_and_belongs_to_no_group():
+    more = {"agents": None, "groups": [{"name": "first", "agents": [0, 1]}]}
+    document = {**line({"time": 500.0, "add_agent": 3}).document, **more}
+    with colonysim.Colony(scenario_from_document({k: v for k, v in document.items() if v is not None})) as colony:
+        colony.step()
+        assert colony.agents.group.tolist() == ["first", "first", ""]
+        assert colony.agents.status.tolist() == ["active", "active", "absent"]
+        assert colony.view(1).node == 1
+        with pytest.raises(ColonysimError, match="agent 2 is not there"):
+            colony.view(2)
+
+
+def test_a_backend_is_told_of_what_changes_after_its_reset():
+    class Told(NodeWorld):
+        def reset(self, world, streams):
+            super().reset(world, streams)
+            self.world, self.heard = world, [("reset", world.goal)]
+
+        def changed(self, change):
+            self.heard.append((change.kind, self.world.goal))
+
+    body = Told()
+    changes = [{"move_goal": 1}, {"time": 0.1, "move_goal": 2}, {"time": 0.2, "wipe": {"fields": ["D"]}}]
+    with colonysim.Colony(line(*changes), backend=body) as colony:
+        colony.run_until(time=0.3)
+        assert body.heard == [("reset", 1), ("move_goal", 2), ("wipe", 2)]
 
 
 @pytest.mark.parametrize("change", ["set_surface", "add_box"])

@@ -3,44 +3,16 @@
 from __future__ import annotations
 
 import pytest
-from small_worlds import place, play
+from small_worlds import SCENT, Scent, place, play
 
 from colonysim.errors import ColonysimError
-from colonysim.pheromones import Write
-
-
-class Scent:
-    """1 at node 1 from the start on; agents leave nothing."""
-
-    name, by_box = "A", False
-
-    def __init__(self, world):
-        pass
-
-    def at(self, node, key=-1):
-        return 1.0 if node == 1 else 0.0
-
-    def keys(self, node):
-        return ()
-
-    def deposit(self, visit):
-        return ()
-
-    def end_episode(self):
-        pass
-
-    def frame(self):
-        return [Write(1, -1, 1.0)]
-
-    def load(self, frame):
-        pass
 
 
 def diamond(**policy):
     """Two ways to the goal, of the same length: over 1 or over 2."""
     points = [(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (2.0, 0.0)]
     edges = [(0, 1), (0, 2), (1, 3), (2, 3)]
-    return place(points, edges, goal=3, agents=[0], parameters={"extra_fields": [f"{__name__}:Scent"], **policy})
+    return place(points, edges, goal=3, agents=[0], parameters={"extra_fields": [SCENT], **policy})
 
 
 def share_over_1(scenario, **options):

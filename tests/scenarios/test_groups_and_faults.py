@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 
 import colonysim
 from colonysim.cli import app
-from colonysim.scenario.groups import Faults, Group
+from colonysim.scenario.faults import Faults
+from colonysim.scenario.groups import Group
 
 MAP = """topology: {kind: grid, columns: 6, rows: 6}
 groups:
@@ -104,3 +105,11 @@ def test_code_of_others_is_named_and_not_imported(tmp_path: Path) -> None:
 def test_neither_agents_nor_groups(tmp_path: Path) -> None:
     told = validated(tmp_path, "topology: {kind: line, nodes: 3}\ngoal: 2\n")
     assert told.exit_code == 2 and "agents: is missing" in told.output and "or `groups`" in told.output
+
+
+def test_wiped_marks_are_looked_at_without_groups_too(tmp_path: Path) -> None:
+    told = validated(
+        tmp_path, "topology: {kind: line, nodes: 3}\nagents: [0]\ngoal: 2\nchanges:\n  - wipe: {fields: [Q]}\n"
+    )
+    assert told.exit_code == 2
+    assert "changes.0.wipe.fields.0: the policy has no field 'Q'" in told.output

@@ -57,9 +57,7 @@ class _Canvas:
         self.image[np.abs(away - radius) <= width / 2] = colour
 
 
-def _placed(
-    corners: Sequence[tuple[float, float]], x: float, y: float, yaw: float
-) -> list[tuple[float, float]]:
+def _placed(corners: Sequence[tuple[float, float]], x: float, y: float, yaw: float) -> list[tuple[float, float]]:
     c, s = math.cos(yaw), math.sin(yaw)
     return [(x + c * a - s * b, y + s * a + c * b) for a, b in corners]
 
