@@ -82,7 +82,8 @@ SELDOM = (
     "colonysim/push/state.py",
     "colonysim/simulation/clock.py",
 )
-"""Each runs for at most a 400th of an episode on Bullet, by sampling, and of others not at all: compiled in half the time."""
+"""Each runs for at most a 400th of an episode on Bullet, by sampling, and of others not at all: compiled in half
+the time."""
 
 RECORD = "colonysim/compiled.json"
 """What was compiled of which sources, or why nothing was; `colonysim/built.py` reads it."""
