@@ -40,7 +40,7 @@ class OwnWalk:
 
     def decide(self, view: LocalView, memory: None, random: random.Random) -> Choice:
         """One of the free neighbours, all equally likely."""
-        nodes = [node for node in view.neighbours if view.free(node) and view.passable(node)]
+        nodes = view.exits()
         if not nodes:
             return Choice(Wait(tuple(view.neighbours)), memory)
         return Choice(Travel(nodes[int(random.random() * len(nodes))]), memory)
@@ -58,7 +58,7 @@ class OwnRule(OwnWalk):
     def decide(self, view: LocalView, memory: None, random: random.Random) -> Choice:
         """The neighbour that promises most: near to the goal as far as is known, and not visited much."""
         distance, visits = view.fields["D"], view.fields["E"]
-        nodes = [node for node in view.neighbours if view.free(node) and view.passable(node)]
+        nodes = view.exits()
         if not nodes:
             return Choice(Wait(tuple(view.neighbours)), memory)
         return Choice(Travel(max(nodes, key=lambda node: distance.at(node) - visits.at(node))), memory)

@@ -46,9 +46,7 @@ class Uniform:
 
     def decide(self, view: LocalView, memory: None, random: random.Random) -> Choice:
         """One of all moves that the place allows."""
-        moves: list[tuple[Intent, int, int]] = [
-            (Travel(j), j, -1) for j in view.neighbours if view.passable(j) and view.free(j)
-        ]
+        moves: list[tuple[Intent, int, int]] = [(Travel(j), j, -1) for j in view.exits()]
         for box in view.boxes():
             at = view.box_node(box)
             if at == view.node and view.graspable_from(at, box):

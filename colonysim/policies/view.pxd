@@ -66,6 +66,7 @@ cdef class LocalView:
     cpdef bint occupied(self, int node) except? -1
     @cython.locals(world=World, terrain=Terrain, edge=int, k=int)
     cpdef bint crowded(self, int neighbour) except? -1
+    @cython.locals(found="int[::1]", k=int)
     cpdef list exits(self)
     cpdef int exits_into(self, int[::1] found) except -1
     cpdef bint free(self, int node) except? -1

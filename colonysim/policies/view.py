@@ -331,8 +331,8 @@ class LocalView:
 
     def exits(self) -> list[int]:
         """The neighbours that the agent could travel to and that nobody else occupies or has reserved, ascending."""
-        found = array("i", [0]) * len(self.neighbours)
-        return found[: self.exits_into(found)].tolist()
+        found = self._world.visibility_of(self.agent).found
+        return [found[k] for k in range(self._world.exits(self.agent, found))]
 
     def exits_into(self, found: array[int]) -> int:
         """Writes `exits` into `found`, which must have room for all neighbours; returns how many there are."""
