@@ -75,7 +75,8 @@ class Topology:
         y = tuple(float(p[1]) for p in positions)
         z = tuple(float(p[2]) for p in positions)
         joined: list[list[int]] = [[] for _ in ids]
-        nodes = list(range(len(ids)))  # one object for each node, not one for each edge
+        # One object for each node, not one for each edge; where its number is its index, the one that is there already.
+        nodes = [number if number == node else node for node, number in enumerate(ids)]
         for i, j in edges:
             joined[i].append(nodes[j])
             joined[j].append(nodes[i])
