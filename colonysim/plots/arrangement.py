@@ -14,11 +14,13 @@ from colonysim.suggest import nearest
 from colonysim.sweep.played import varying
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from colonysim.sweep.played import Played
 
-__all__ = ["MOST_LINES", "Arrangement", "Point", "arranged", "number_of", "point", "short", "value_of", "word"]
+__all__ = [
+    "MOST_LINES", "Arrangement", "Point", "arranged", "labels", "number_of", "point", "short", "value_of", "word",
+]  # fmt: skip
 
 MOST_LINES = 42
 """Lines of one diagram that can be told apart."""
@@ -156,6 +158,16 @@ def _grouped(played: Sequence[Played], names: Sequence[str]) -> dict[tuple[Any, 
     ]  # fmt: skip
     order = sorted(groups, key=lambda key: [rank[value] for rank, value in zip(ranks, key, strict=True)])
     return {key: groups[key] for key in order}
+
+
+def labels(keys: Iterable[tuple[Any, ...]]) -> list[str]:
+    """What each line is called: its values, and a number where what is left of long ones is the same."""
+    found: list[str] = []
+    for key in keys:
+        label = ", ".join(word(value) for value in key)
+        twins = sum(each == label or each.startswith(f"{label} (") for each in found)
+        found.append(f"{label} ({twins + 1})" if twins else label)
+    return found
 
 
 def word(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
@@ -12,7 +13,7 @@ from colonysim.plots.settings import LABELS
 from colonysim.sweep.comparing import Difference, Pooled, pooled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -26,6 +27,8 @@ _MOST_ROWS = 60
 """Rows of a figure; where there were more, only those over all settings are drawn."""
 _SPREAD = 0.5
 """Part of a row over which the points of its seeds are spread, so that all are seen."""
+_LETTERS = 14
+"""Letters that an inch holds."""
 
 
 def differences_figure(found: Sequence[Difference], measures: Sequence[str], sheet: Sheet, title: str) -> Figure:
@@ -38,45 +41,50 @@ def differences_figure(found: Sequence[Difference], measures: Sequence[str], she
         title: Of the figure.
     """
     rows = _rows(found)
-    others = list(dict.fromkeys(word(each.other) for each in found))
-    ways = dict(zip(others, pens(len(others)), strict=True))
+    others = list({repr(each.other): word(each.other) for each in found}.items())
+    ways = {key: pen for (key, _), pen in zip(others, pens(len(others)), strict=True)}
     across = sheet.beside(len(measures))
     figure = sheet.figure(1.6 + 2.8 * across[1], 1.0 + across[0] * (0.5 + 0.25 * len(rows)), title)
     if sheet.width is not None:  # rows need their height however narrow the figure is
         figure.set_size_inches(sheet.width, 0.35 + across[0] * (0.5 + 0.19 * max(len(rows), 2)))
     panels = [*figure.subplots(*across, squeeze=False, sharey=True).flat]
-    reference = f"{short(found[0].by)} {word(found[0].reference)}"
+    named, reference = short(found[0].by, 18), word(found[0].reference)
+    against = f"{named} {others[0][1]} less {reference}" if len(others) == 1 else f"less that of {named} {reference}"
     for axes, measure in zip(panels, measures, strict=True):
         axes.axvline(0, color=INK, linewidth=0.8, linestyle="dotted", zorder=1)
-        for y, row in enumerate(rows.values()):
-            _row(axes, y, row[measure], ways[word(row[measure].other)])
-        against = f"{others[0]} less {word(found[0].reference)}" if len(others) == 1 else f"less that of {reference}"
-        plain(axes, f"{LABELS[measure]}, {against}", "")
-        axes.set_yticks(range(len(rows)), list(rows))
+        for y, (_, row) in enumerate(rows):
+            _row(axes, y, row[measure], ways[repr(row[measure].other)])
+        plain(axes, fill(f"{LABELS[measure]}, {against}", 26 if sheet.narrow else 36), "")
+        axes.set_yticks(range(len(rows)), [label for label, _ in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
-        if (axes is panels[0] or across[1] == 1) and len(rows) > len(others):
-            axes.set_ylabel(short(", ".join(short(name) for name in found[0].where), 60), fontsize=8)
-    pooled_too = any(isinstance(row[measures[0]], Pooled) for row in rows.values())
+    if len(rows) > len(others):
+        names = short(", ".join(short(name) for name in found[0].where), 60)
+        figure.supylabel(fill(names, int(_LETTERS * figure.get_size_inches()[1])), fontsize=8)
+    pooled_too = any(isinstance(row[measures[0]], Pooled) for _, row in rows)
     sheet.legend(figure, _legend(found, pooled_too))
     return figure
 
 
-def _rows(found: Sequence[Difference]) -> dict[str, Mapping[str, Difference | Pooled]]:
-    """What each row shows, by its label: for each measure a difference, or one over all settings."""
-    rows: dict[str, dict[str, Difference | Pooled]] = {}
-    over_all = pooled(found)
-    several = len({repr(each.other) for each in found}) > 1
-    single = {(repr(each.other), repr(each.where)) for each in found}
-    for total in over_all:
-        head = word(total.other)
-        own = [each for each in found if repr(each.other) == repr(total.other) and each.measure == total.measure]
-        for each in own if len(single) <= _MOST_ROWS else ():
-            settings = ", ".join(word(value) for value in each.where.values())
-            label = short(f"{head}: {settings}" if several and settings else settings or head, 30)
-            rows.setdefault(label, {})[each.measure] = each
+def _rows(found: Sequence[Difference]) -> list[tuple[str, dict[str, Difference | Pooled]]]:
+    """The label of each row and what it shows: for each measure a difference, or one over all settings."""
+    groups: dict[str, dict[str, dict[str, Difference | Pooled]]] = {}
+    for each in found:
+        groups.setdefault(repr(each.other), {}).setdefault(repr(each.where), {})[each.measure] = each
+    for total in pooled(found):
         if total.settings > 1:
-            rows.setdefault(f"{head}: over all" if several else "over all", {})[total.measure] = total
-    return rows  # type: ignore[return-value]
+            groups[repr(total.other)].setdefault("", {})[total.measure] = total
+    several, many = len(groups) > 1, sum(map(len, groups.values())) > _MOST_ROWS
+    rows = []
+    for group in groups.values():
+        for row in group.values():
+            shown = next(iter(row.values()))
+            if isinstance(shown, Pooled):
+                rows.append((f"{word(shown.other)}: over all" if several else "over all", row))
+            elif not many or len(group) == 1:
+                settings = ", ".join(word(value) for value in shown.where.values())
+                label = f"{word(shown.other)}: {settings}" if several and settings else settings or word(shown.other)
+                rows.append((short(label, 30), row))
+    return rows
 
 
 def _row(axes: Axes, y: int, each: Difference | Pooled, pen: Pen) -> None:

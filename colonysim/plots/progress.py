@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from statistics import fmean
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.ticker import MaxNLocator
 
-from colonysim.plots.arrangement import MOST_LINES, point, short, word
+from colonysim.plots.arrangement import MOST_LINES, labels, point, short, word
 from colonysim.plots.canvas import QUIET, pens, plain
 from colonysim.plots.settings import LABELS
 from colonysim.plots.sheet import EmptyFigureError
@@ -40,6 +42,8 @@ def progress_figure(
 ) -> Figure:  # fmt: skip
     """The measures by episode; where there are many settings, a row of diagrams for each line of the other figures.
 
+    Where a diagram has more lines than bands can be told apart, there are means only.
+
     Raises:
         EmptyFigureError: No run has two episodes.
     """
@@ -47,8 +51,9 @@ def progress_figure(
     if len({each["episode"] for run in played for each in run.episodes if first <= each["episode"] <= last}) < 2:
         raise EmptyFigureError("no run has two episodes")
     rows, names = _rows(played, arrangement)
-    labels = list(dict.fromkeys(line for lines in rows.values() for line in lines))
-    ways = dict(zip(labels, pens(len(labels)), strict=True))
+    all_lines = list(dict.fromkeys(line for lines in rows.values() for line in lines))
+    ways = dict(zip(all_lines, zip(pens(len(all_lines)), labels(all_lines), strict=True), strict=True))
+    banded = len(all_lines) <= _TOGETHER
     if len(rows) == 1:
         across = sheet.beside(len(measures))[::-1] if sheet.width is None else sheet.beside(len(measures))
     else:
@@ -58,16 +63,17 @@ def progress_figure(
     for i, (row, lines) in enumerate(rows.items()):
         for j, measure in enumerate(measures):
             axes = grid[i][j] if len(rows) > 1 else grid.flat[j]
-            alone = len(labels) == 1
+            alone = len(all_lines) == 1
             for line, group in lines.items():
-                _curve(axes, group, measure, (first, last), ways[line], ", ".join(map(word, line)), alone)
-            plain(axes, "", LABELS[measure], ", ".join(map(word, row)) if j == 0 and len(rows) > 1 else "")
+                _curve(axes, group, measure, (first, last), *ways[line], alone, banded)
+            named = fill(", ".join(map(word, row)), 26 if sheet.narrow else 60) if j == 0 else ""
+            plain(axes, "", LABELS[measure] if banded else f"{LABELS[measure]}, mean", named)
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
             axes.set_xlim(first - 0.02 * (last - first), last + 0.02 * (last - first))
     for axes in grid[-1]:
         axes.set_xlabel("episode", fontsize=8)
     for axes in grid.flat:  # once all is drawn: diagrams that share an axis share its end
-        axes.set_ylim(*((-0.04, 1.04) if axes.get_ylabel() == LABELS["success"] else (0, None)))
+        axes.set_ylim(*((-0.04, 1.04) if axes.get_ylabel().startswith(LABELS["success"]) else (0, None)))
     handles = [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]]
     sheet.legend(figure, handles, ", ".join(map(short, names)))
     return figure
@@ -106,15 +112,16 @@ def curves_of(
     numbers = sorted(values)
     every = max(1, -(-len(numbers) // most))
     kept = [number for i, number in enumerate(numbers) if i % every == 0 or i == len(numbers) - 1]
-    return {number: sum(values[number]) / len(values[number]) for number in numbers}, {
+    return {number: fmean(values[number]) for number in numbers}, {
         number: point(values[number], measure, _RESAMPLES) for number in kept
     }
 
 
 def _curve(
-    axes: Axes, played: Sequence[Played], measure: str, span: tuple[int, int], pen: Pen, label: str, alone: bool
-) -> None:
-    means, points = curves_of(played, measure, span)
+    axes: Axes, played: Sequence[Played], measure: str, span: tuple[int, int], pen: Pen, label: str, alone: bool,
+    banded: bool,
+) -> None:  # fmt: skip
+    means, points = curves_of(played, measure, span, _MOST_INTERVALS if banded else 1)
     if alone and 1 < len(played) <= _SINGLE:
         for run in played:
             kept = [each for each in run.episodes if span[0] <= each["episode"] <= span[1]]
@@ -122,11 +129,11 @@ def _curve(
                 [each["episode"] for each in kept], [each[measure] for each in kept], color=QUIET, linewidth=0.5,
                 label="one seed", zorder=1,
             )  # fmt: skip
-    banded = {number: each for number, each in points.items() if each.interval}
-    if banded:
-        lows, highs = zip(*(each.interval or (each.mean, each.mean) for each in banded.values()), strict=True)
+    known = {number: each.interval for number, each in points.items() if each.interval}
+    if banded and known:
+        lows, highs = zip(*known.values(), strict=True)
         axes.fill_between(
-            list(banded), lows, highs, color=pen.color, alpha=0.18, linewidth=0,
+            list(known), lows, highs, color=pen.color, alpha=0.18, linewidth=0,
             label="its 95 % interval" if alone else None, zorder=2,
         )  # fmt: skip
     axes.plot(

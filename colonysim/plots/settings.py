@@ -10,7 +10,7 @@ import matplotlib
 from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
-from colonysim.plots.arrangement import number_of, point, short, value_of, word
+from colonysim.plots.arrangement import labels, number_of, point, short, value_of, word
 from colonysim.plots.canvas import FIELD, ink_on, pens, plain
 from colonysim.plots.sheet import EmptyFigureError
 
@@ -47,7 +47,8 @@ def means_figure(
         EmptyFigureError: Nothing varies along an axis.
     """
     if arrangement.x is None:
-        raise EmptyFigureError("the runs differ in nothing but their seeds")
+        besides = ", ".join(("their seeds", *map(short, arrangement.by)))
+        raise EmptyFigureError(f"the runs differ in nothing but {besides}")
     lines = arrangement.lines(played)
     along = {line: _points(arrangement, group, measures, episodes) for line, group in lines.items()}
     ways = pens(len(along))
@@ -55,14 +56,14 @@ def means_figure(
     figure = sheet.figure(5.6, 1.2 + 2.5 * len(measures), title)
     panels = [*figure.subplots(len(measures), 1, sharex=True, squeeze=False).flat]
     for axes, measure in zip(panels, measures, strict=True):
-        for i, (line, points) in enumerate(along.items()):
+        for i, (points, label) in enumerate(zip(along.values(), labels(along), strict=True)):
             xs = [_place(arrangement, places, value, i, len(along)) for value in points]
             shown = [each[measure] for each in points.values()]
             joined = arrangement.numeric and not arrangement.averaged
             axes.errorbar(
                 xs, [each.mean for each in shown], yerr=[*zip(*(each.reach for each in shown), strict=True)],
                 color=ways[i].color, linestyle=ways[i].dash if joined else "none", marker=ways[i].mark, markersize=4,
-                linewidth=1.3, elinewidth=0.9, capsize=2, label=", ".join(word(value) for value in line), zorder=3,
+                linewidth=1.3, elinewidth=0.9, capsize=2, label=label, zorder=3,
             )  # fmt: skip
         plain(axes, "", LABELS[measure])
         _limits(axes, measure, [each[measure] for points in along.values() for each in points.values()])
@@ -70,7 +71,7 @@ def means_figure(
     if arrangement.numeric:
         _scaled(panels[-1], [float(value) for value in places])
     else:
-        _named(panels[-1], [word(value) for value in places])
+        _named(panels[-1], labels((value,) for value in places))
     if arrangement.by:
         handles = panels[0].get_legend_handles_labels()[0]
         sheet.legend(figure, handles, ", ".join(short(name) for name in arrangement.by))

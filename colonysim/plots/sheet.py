@@ -31,6 +31,8 @@ _NARROW = 5.0
 """Inches below which panels stand one below the other."""
 _SMALL = 7.0
 """Font size of legends, points."""
+_LINE = 0.16
+"""Height of a row of a legend, inches."""
 _LETTER = 0.55
 """Mean width of a letter, font sizes."""
 
@@ -90,14 +92,19 @@ class Sheet:
         return max(1, min(len(labels), int(72 * width / each)))
 
     def legend(self, figure: Figure, handles: Sequence[Any], title: str = "") -> None:
-        """Puts a legend below all diagrams of a figure of `figure`; handles of the same label stand there once."""
+        """Puts a legend below all diagrams of a figure of `figure`, which grows by its rows.
+
+        Handles of the same label stand there once.
+        """
         unique = {str(handle.get_label()): handle for handle in reversed(handles)}
         if unique:
             labels = [*unique][::-1]
+            width, height = figure.get_size_inches()
+            columns = self.columns_of(labels, width)
+            figure.set_size_inches(width, height + _LINE * (math.ceil(len(labels) / columns) - 1))
             figure.legend(
                 handles=[unique[label] for label in labels], loc="outside lower center", fontsize=_SMALL,
-                ncols=self.columns_of(labels, figure.get_size_inches()[0]), frameon=False, title=title or None,
-                title_fontsize=_SMALL,
+                ncols=columns, frameon=False, title=title or None, title_fontsize=_SMALL,
             )  # fmt: skip
 
     def finish(self, figure: Figure) -> Figure:

@@ -5,12 +5,12 @@ import os
 import subprocess
 import sys
 import warnings
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
-from matplotlib.text import Text
+from drawn_labels import check_labels
 from tampering import _with_poses
 
 import colonysim
@@ -52,36 +52,19 @@ def test_a_choice_of_hole_box_episodes_and_format(runs: dict[str, colonysim.Run]
     assert draw(runs["hard"], what=["map"], out=tmp_path / "b")[0].read_bytes() == again
 
 
+@pytest.mark.parametrize("style", ["screen", "paper"])
 @pytest.mark.parametrize("name", MAPS)
 def test_no_two_labels_overlap_in_any_plot(
-    runs: dict[str, colonysim.Run], name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    runs: dict[str, colonysim.Run], name: str, style: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    figures = {}
+    figures: dict[str, Any] = {}
     monkeypatch.setattr(colonysim.plots, "save", lambda figure, path, *_: figures.__setitem__(path.stem, figure))
     run = runs[name]
-    draw(run, out=tmp_path)
+    draw(run, out=tmp_path, style=style)
     kinds = {stem.split("-")[0] for stem in figures}
     assert kinds == {*colonysim.plots.KINDS} - ({"H"} if not run.scenario.holes else set())
-    drawn: list[tuple[str, Any]] = []
-    draw_text = Text.draw
-
-    def note(text: Text, renderer: Any, *rest: Any, **options: Any) -> None:
-        draw_text(text, renderer, *rest, **options)
-        if text.get_visible() and text.get_text().strip():
-            drawn.append((text.get_text(), text.get_window_extent(renderer)))
-
-    monkeypatch.setattr(Text, "draw", note)
     for stem, figure in figures.items():
-        drawn.clear()
-        FigureCanvasAgg(figure).draw()
-        assert len(drawn) > 5
-        for text, box in drawn:
-            assert figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1, (stem, text)
-            assert figure.bbox.y0 <= box.y0 and box.y1 <= figure.bbox.y1, (stem, text)
-        for (one, first), (other, second) in combinations(drawn, 2):
-            assert not first.overlaps(second), (stem, one, other)
+        check_labels(figure, stem, monkeypatch)
 
 
 @pytest.mark.parametrize("name", MAPS)
