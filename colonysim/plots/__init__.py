@@ -11,6 +11,7 @@ from urllib.parse import quote
 from colonysim.arguments import MAX_SEED, real, whole, wholes
 from colonysim.errors import ColonysimError, MissingExtraError, TraceError
 from colonysim.files import replacing
+from colonysim.installing import install_command
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def _need_matplotlib() -> None:
         import matplotlib  # noqa: F401
     except ImportError:
         raise MissingExtraError(
-            "drawing needs matplotlib, which is not installed: pip install 'colonysim[plot]'"
+            f"drawing needs matplotlib, which is not installed: {install_command('plot')}"
         ) from None
 
 

@@ -20,6 +20,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from colonysim.errors import MissingExtraError
+from colonysim.installing import install_command
 
 try:
     from colonysim.push.registered import register
@@ -31,7 +32,7 @@ try:
     from colonysim.rl.turns import Turns
 except ModuleNotFoundError as error:
     if error.name in ("gymnasium", "pettingzoo"):
-        raise MissingExtraError(f"learning needs {error.name}: pip install 'colonysim[rl]'") from error
+        raise MissingExtraError(f"learning needs {error.name}: {install_command('rl')}") from error
     raise
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from colonysim import __version__
 from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
 from colonysim.geometry.robot_choice import with_robot
+from colonysim.installing import install_command
 from colonysim.plugins import BUILT_IN, called, load, locate, make_policy
 from colonysim.provenance import TAG, parts_of, unknown_in
 from colonysim.scenario.contradictions import refuse_set_twice
@@ -411,7 +412,7 @@ def _drawn(sample: _Sample) -> Iterator[dict[str, float]]:
         try:
             from scipy.stats import qmc
         except ImportError as error:
-            raise MissingExtraError(f"Sobol samples need SciPy ({error}): pip install 'colonysim[sweep]'") from error
+            raise MissingExtraError(f"Sobol samples need SciPy ({error}): {install_command('sweep')}") from error
         shares = qmc.Sobol(len(sample.ranges), rng=sample.seed).random(sample.count).tolist()
     for share in shares:
         yield {

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import MAX_COUNT, MAX_SEED, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.files import read_file, replacing
+from colonysim.installing import install_command
 from colonysim.intervals import of_mean
 from colonysim.trace.checks import LONGEST
 from colonysim.trace.fields import MOST
@@ -263,7 +264,7 @@ def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, .
     try:
         import duckdb
     except ImportError as error:
-        raise MissingExtraError(f"a query needs DuckDB ({error}): pip install 'colonysim[sweep]'") from error
+        raise MissingExtraError(f"a query needs DuckDB ({error}): {install_command('sweep')}") from error
     tables = dict(zip(("trials", "episodes"), read_tables(directory), strict=True))
     if has_groups(directory):
         tables["groups"] = read_table(directory, "groups")

@@ -9,6 +9,7 @@ import numpy as np
 from colonysim.errors import MissingExtraError
 from colonysim.files import replacing
 from colonysim.geometry.drawing import draw
+from colonysim.installing import install_command
 from colonysim.view.bodies import boxes_after
 from colonysim.view.columns import Columns
 from colonysim.view.content import chosen_episodes
@@ -50,7 +51,7 @@ def write_recording(run: Run, out: Path, episodes: Sequence[int] | None = None) 
         import rerun
     except ImportError:
         raise MissingExtraError(
-            "a Rerun recording needs rerun-sdk, which is not installed: pip install 'colonysim[rerun]'"
+            f"a Rerun recording needs rerun-sdk, which is not installed: {install_command('rerun')}"
         ) from None
     wanted = chosen_episodes(run, episodes)
     results = [each for each in run.episodes if each.episode in wanted]
