@@ -25,11 +25,11 @@ if TYPE_CHECKING:
         ScenarioError,
         TraceError,
     )
+    from colonysim.policies.schema import scenario_schema
     from colonysim.recording import run
     from colonysim.resuming import resume
     from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
     from colonysim.scenario.scenario import Scenario
-    from colonysim.scenario.schema import scenario_schema
     from colonysim.simulation import Colony, simulate
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult, Event
@@ -73,7 +73,7 @@ _PLACES = {
     "resume": "resuming",
     "run": "recording",
     "scenario_from_document": "scenario.loading",
-    "scenario_schema": "scenario.schema",
+    "scenario_schema": "policies.schema",
     "simulate": "simulation",
 }
 

@@ -18,6 +18,7 @@ from colonysim.cli import (
     fork,
     new,
     plot,
+    policies,
     report,
     reproduce,
     results,
@@ -114,8 +115,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, resume, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results,
-    compare, fork, tune, reproduce, bench,
+    run, resume, scenarios, new, validate, backends, policies, schema, view, video, plot, report, export, verify, sweep,
+    results, compare, fork, tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=module.EXAMPLES)(module.command)

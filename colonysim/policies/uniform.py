@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from colonysim.policies.parameters import NoParameters
 from colonysim.policies.policy import Choice
 from colonysim.world.intents import Push, Travel, Wait
 
@@ -31,6 +32,7 @@ class Uniform:
     """
 
     name = "random"
+    parameters = NoParameters
 
     def __init__(self, scenario: Scenario) -> None:
         if scenario.parameters:

@@ -183,6 +183,10 @@ class Trial:
             "seed": self.seed, **self.called,
         }  # fmt: skip
 
+    def in_words(self) -> str:
+        """Its columns for a message, such as "scenario hard, backend nodeworld, seed 3"."""
+        return ", ".join(f"{name} {value}" for name, value in self.described().items() if value is not None)
+
 
 @dataclass(frozen=True)
 class Sweep:

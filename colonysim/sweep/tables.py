@@ -22,7 +22,12 @@ if TYPE_CHECKING:
 
     from colonysim.sweep.plan import Trial
 
-__all__ = ["BOUNDS", "has_groups", "query", "read_table", "read_tables", "settings", "summary", "write_tables"]
+__all__ = [
+    "BOUNDS", "SHARDS", "has_groups", "query", "read_table", "read_tables", "settings", "summary", "write_tables",
+]  # fmt: skip
+
+SHARDS = "shards"
+"""Folder of a sweep's directory that holds those of its shards, each with a journal and tables of its own."""
 
 _TEXT, _WHOLE, _NUMBER = ("string",), ("int64",), ("double", "int64")
 _COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -120,7 +125,8 @@ def read_table(directory: str | Path, name: str) -> Any:
 
     path = Path(directory).absolute() / f"{name}.parquet"
     if not os.path.lexists(path):
-        raise ColonysimError(f"{directory}: holds no results of a sweep")
+        hint = ", but shards: `colonysim sweep --merge` joins them" if (path.parent / SHARDS).is_dir() else ""
+        raise ColonysimError(f"{directory}: holds no results of a sweep{hint}")
     content = read_file(path)
     try:
         file = pq.ParquetFile(
