@@ -34,25 +34,19 @@ def blocks(page: str) -> list[Block]:
     return [Block(*found) for found in _FENCE.findall((DOCS / f"{page}.md").read_text(encoding="utf-8"))]
 
 
-def play(page: str, folder: Path, changes: dict[str, str] | None = None) -> tuple[dict[str, Any], str]:
+def play(page: str, folder: Path) -> tuple[dict[str, Any], str]:
     """Plays a page in a folder, which has to be the working directory and on Python's path.
 
     Args:
         page: Its name, without the ending.
         folder: Where its files are written and its commands run.
-        changes: Texts in its blocks and what stands there instead, to make them smaller; each must occur.
 
     Returns:
         What its Python blocks defined, and what they printed.
     """
     names: dict[str, Any] = {"__name__": page}
-    left = dict(changes or {})
     printed = io.StringIO()
     for language, title, code in blocks(page):
-        for old, new in (changes or {}).items():
-            if old in code:
-                left.pop(old, None)
-                code = code.replace(old, new)
         if title:
             (folder / title).write_text(code, encoding="utf-8")
         elif language == "python":
@@ -62,7 +56,6 @@ def play(page: str, folder: Path, changes: dict[str, str] | None = None) -> tupl
             for part in re.split(r"^\$ ", code, flags=re.MULTILINE)[1:]:
                 command, _, shown = part.partition("\n")
                 _expect(command, _run(command, folder), shown)
-    assert not left, f"{page}.md has no {left}"
     return names, printed.getvalue()
 
 
