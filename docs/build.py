@@ -1,8 +1,8 @@
 """Builds the documentation site into `site/`: `python docs/build.py`, without a network; `--serve` follows changes.
 
 Three pages of the reference are written first, from what the code says of itself: commands, scenario format and trace
-tables. Zensical then makes the site from `zensical.toml` and refuses links that lead nowhere; what it made is searched
-for anything that a page would load from elsewhere.
+tables; then the replay pages of the gallery that are missing. Zensical makes the site from `zensical.toml` and refuses
+links that lead nowhere; what it made is searched for anything that a page would load from elsewhere.
 """
 
 from __future__ import annotations
@@ -191,6 +191,10 @@ def main() -> int:
     parser.add_argument("--serve", action="store_true", help="serve the site on this machine and follow changes")
     serve = parser.parse_args().serve
     write_pages()
+    sys.path.insert(0, str(ROOT / "docs" / "gallery"))
+    from make import make_missing_replays
+
+    make_missing_replays()
     words = ["serve"] if serve else ["build", "--strict", "--clean"]
     code = subprocess.run([sys.executable, "-m", "zensical", *words], cwd=ROOT, check=False).returncode
     if code or serve:
