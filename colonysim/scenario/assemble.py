@@ -247,7 +247,7 @@ class _Assembly:
             if many > MAX_EDGES:
                 raise fault("topology", f"makes {many} edges, expected at most {MAX_EDGES}")
             if not (kind.diagonals or kind.cut_corners):
-                raise fault("topology.cut_corners", "false: there are no diagonals; expected `diagonals: true` beside it")
+                raise fault("topology.cut_corners", "false beside no diagonals, expected `diagonals: true`")
         try:
             if isinstance(kind, Grid):
                 points, pairs = grid(
