@@ -41,7 +41,7 @@ def read_movingai(data: bytes, source: str, floor: str = FLOOR) -> Drawing:
     columns, rows = sizes["width"], sizes["height"]
     check_size(columns, rows, source)
     drawn = lines[start : start + rows]
-    if drawn and len(drawn) < rows and not drawn[-1]:
+    if drawn and start + len(drawn) == len(lines) and not drawn[-1]:
         del drawn[-1]  # what follows the end of the last line
     for n, row in enumerate(drawn, start + 1):
         unknown = row.translate(None, TERRAIN.encode())[:1]

@@ -143,11 +143,41 @@ def _pixels(data: bytes, source: str) -> NDArray[np.uint32]:
     check_size(columns, rows, source)
     try:
         with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
+            image.verify()  # the checksums, and that it has an end
+        _check_rows(data, columns, rows)
+        with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
             image.load()
             return _packed(image, data[24])
     except (OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, struct.error, zlib.error) as error:
         told = printable(str(error) or type(error).__name__)
         raise ScenarioError(f"{source}: the picture is cut off or damaged: {told}") from None
+
+
+def _check_rows(data: bytes, columns: int, rows: int) -> None:
+    """Refuses a picture with fewer pixels than its header says: Pillow would take those that are missing for black.
+
+    Raises:
+        ValueError: Pixels are missing.
+    """
+    bits, kind, interlaced = data[24], data[25], data[28]
+    width = bits * {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}[kind]
+    needed = 0
+    for x, y, across, down in _PASSES if interlaced else ((0, 0, 1, 1),):
+        some, lines = -((x - columns) // across), -((y - rows) // down)
+        needed += lines * (1 + (some * width + 7) // 8) if some > 0 < lines else 0
+    unpacker, found, at = zlib.decompressobj(), 0, 8
+    while at < len(data) and found < needed:
+        (length,) = struct.unpack(">I", data[at : at + 4])
+        if data[at + 4 : at + 8] == b"IDAT":
+            # Bounded: a few bytes may stand for gigabytes.
+            found += len(unpacker.decompress(data[at + 8 : at + 8 + length], needed + 1))
+        at += 12 + length
+    if found < needed:
+        raise ValueError("pixels are missing")
+
+
+_PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+"""First column and row, and steps along both, of the seven parts in which an interlaced picture is kept."""
 
 
 def _packed(image: Any, bits: int) -> NDArray[np.uint32]:

@@ -20,7 +20,7 @@ _BOARD = "#@+$*. -_pPbBo"
 ways to write it); and the letters of the last five in files that were sent by e-mail."""
 _PLAYERS, _BOXES, _STORES = "@+pP", "$*bB", "+*.PBo"
 _ROW = re.compile(rf"(?:[0-9]*[{re.escape(_BOARD)}]|\|)+")
-_PART = re.compile(rf"([0-9]*)([{re.escape(_BOARD)}])|[0-9]+|.", re.DOTALL)
+_PART = re.compile(rf"([0-9]*)([{re.escape(_BOARD)}])|[0-9]*.", re.DOTALL)
 _COMMENTS = (";", "::", "'")
 
 
@@ -110,7 +110,7 @@ def _expanded(
             row, columns = "", []
             for part in _PART.finditer(coded):
                 if part[2] is None:
-                    wrong = at + part.start() + (part[0].isdigit() and len(part[0]) - 1)
+                    wrong = at + part.end() - 1
                     raise ScenarioError(
                         f"{source}:{n + 1}:{wrong + 1}: '{printable(text[wrong])}' in a row of a level,"
                         f" expected one of {' '.join(_BOARD[:6])} and blanks for floor"
