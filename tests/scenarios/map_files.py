@@ -123,19 +123,22 @@ COLOURS = {
 }  # fmt: skip
 
 
-def png(columns: int, rows: int, depth: int, kind: int, lines: list[bytes], *chunks: tuple[bytes, bytes]) -> bytes:
+def png(
+    columns: int, rows: int, depth: int, kind: int, lines: list[bytes], *chunks: tuple[bytes, bytes], passes: int = 0
+) -> bytes:
     """A PNG of any kind from its packed rows: what the format says, and no more."""
 
     def chunk(name: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
-    header = struct.pack(">IIBBBBB", columns, rows, depth, kind, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", columns, rows, depth, kind, 0, 0, passes)
     packed = zlib.compress(b"".join(b"\0" + line for line in lines))
     parts = [chunk(b"IHDR", header), *(chunk(*each) for each in chunks), chunk(b"IDAT", packed), chunk(b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
 
 
-PNG_KINDS = ("rgb", "rgba", "rgb16", "rgba16", "palette1248", "palette-clear", "rgb-clear")
+PNG_KINDS = ("rgb", "rgba", "rgb16", "rgba16", "palette1248", "palette-clear", "rgb-clear", "interlaced")
+ADAM7 = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
 GREY_KINDS = ("grey1", "grey2-clear", "grey8", "grey16", "grey-alpha", "grey16-alpha", "grey16-clear", "grey1-clear")
 
 
@@ -156,6 +159,9 @@ def picture(plan: Plan, kind: str) -> bytes:
         alpha = b"\xff\xff" if kind == "rgba16" else b""
         lines = [b"".join(bytes(v for c in colour for v in (c, c)) + alpha for colour in row) for row in colours]
         return png(*size, 16, 6 if alpha else 2, lines)
+    if kind == "interlaced":
+        parts = [b"".join(map(bytes, row[x::i])) for x, y, i, j in ADAM7 for row in colours[y::j]]
+        return png(*size, 8, 2, [part for part in parts if part], passes=1)
     if kind == "rgb-clear":
         lines = [b"".join(bytes((9, 8, 7) if c == (0, 0, 0) else c) for c in row) for row in colours]
         return png(*size, 8, 2, lines, (b"tRNS", struct.pack(">HHH", 9, 8, 7)))
@@ -229,7 +235,7 @@ def tiled(plan: Plan, form: str) -> dict[str, Any]:
     return {
         "type": "map", "version": "1.10", "tiledversion": "1.11.0", "orientation": "orthogonal", "infinite": False,
         "renderorder": "right-down", "width": columns, "height": rows, "tilewidth": 16, "tileheight": 16,
-        "tilesets": [{"firstgid": 1, "name": "kinds", "tilecount": 8, "tiles": tiles}], "layers": layers,
+        "tilesets": [{"firstgid": 1, "name": "kinds", "tilecount": 8, "columns": 4, "tiles": tiles}], "layers": layers,
     }  # fmt: skip
 
 

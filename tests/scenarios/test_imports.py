@@ -7,7 +7,8 @@ from pathlib import Path
 import map_files
 import pytest
 
-from colonysim import import_map
+from colonysim import import_map, scenario_from_document
+from colonysim.scenario.invent import invent
 
 
 def imported(folder: Path, name: str, content: bytes, **options):
@@ -60,3 +61,37 @@ def test_a_map_of_tiled_is_what_was_drawn(seed, form, tmp_path):
     options = {"diagonals": seed % 2 == 1, "spacing": (1.0, 0.5, 2)[seed % 3]}
     document = imported(tmp_path, "random.tmj", map_files.tiled_file(plan, form), **options)
     map_files.check(document, plan, **options)
+
+
+def written(plan, name):
+    """A plan as a file of a format, and the options by which no more is drawn than stands there."""
+    goal = map_files.squares(plan, "g")[0]
+    if name == "grid.map":
+        return map_files.movingai(plan), {"agents": map_files.squares(plan, "a"), "goal": goal}
+    if name == "grid.xsb":
+        walled = ["#" * (len(plan[0]) + 2), *(f"#{row.replace('g', '.')}#" for row in plan), "#" * (len(plan[0]) + 2)]
+        crop = (1, 1, len(plan[0]), len(plan))
+        return map_files.sokoban(walled, 9), {"goal": (goal[0] + 1, goal[1] + 1), "crop": crop}
+    return (map_files.picture(plan, "rgb") if name == "grid.png" else map_files.tiled_file(plan, "tiles")), {}
+
+
+@pytest.mark.parametrize("name", ["grid.map", "grid.xsb", "grid.png", "grid.tmj"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_grid_comes_back_as_it_was_written(seed, name, tmp_path):
+    """Nodes with their numbers and positions, edges, agents and goal; and where boxes and holes can be drawn, these."""
+    made = invent("grid", columns=9, rows=8, agents=1, holes=0 if name == "grid.map" else 2, seed=seed)
+    document = made | {"agents": [40], "goal": 71}
+    taken = {hole["node"] for hole in made["holes"]} | {box[0] for box in made["boxes"]} | {40, 71}
+    document["topology"]["without"] = [node for node in (3, 12, 21, 30, 48, 57, 66) if node not in taken]
+    grid = scenario_from_document(document)
+    kinds = dict.fromkeys(grid.topology.ids, ".") | {hole["node"]: "h" for hole in made["holes"]}
+    kinds |= {box[0]: "b" for box in made["boxes"]} | {40: "a", 71: "g"}
+    plan = ["".join(kinds.get(9 * row + column, "#") for column in range(9)) for row in reversed(range(8))]
+    content, options = written(plan, name)
+    back = scenario_from_document(imported(tmp_path, name, content, **options))
+    place, expected = back.topology, grid.topology
+    assert (place.ids, place.x, place.y) == (expected.ids, expected.x, expected.y)
+    assert list(map(set, place.neighbours)) == list(map(set, expected.neighbours))
+    assert (back.agents, back.goal) == (grid.agents, grid.goal)
+    assert sorted(hole.node for hole in back.holes) == sorted(hole.node for hole in grid.holes)
+    assert sorted((box.node, box.height) for box in back.boxes) == sorted((box.node, box.height) for box in grid.boxes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from colonysim.arguments import shown
 from colonysim.characters import printable
 from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.scenario.imports.drawing import Drawing, check_size
@@ -34,8 +35,8 @@ def read_movingai(data: bytes, source: str, floor: str = FLOOR) -> Drawing:
         ScenarioError: It is no such map; the message names line and column.
         ColonysimError: `floor` holds other characters, or none.
     """
-    if not floor or set(floor) - set(TERRAIN):
-        raise ColonysimError(f"floor: '{printable(floor)}', expected some of the characters {' '.join(TERRAIN)}")
+    if not isinstance(floor, str) or not floor or set(floor) - set(TERRAIN):
+        raise ColonysimError(f"floor: {shown(floor)}, expected some of the characters {' '.join(TERRAIN)}")
     lines = data.replace(b"\r\n", b"\n").split(b"\n")
     sizes, start = _header(lines, source)
     columns, rows = sizes["width"], sizes["height"]

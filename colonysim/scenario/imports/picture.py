@@ -6,17 +6,16 @@ import io
 import re
 import struct
 import zlib
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from colonysim.arguments import whole
+from colonysim.arguments import shown, whole
 from colonysim.characters import printable
 from colonysim.errors import ColonysimError, MissingExtraError, ScenarioError
 from colonysim.scenario.imports.drawing import KINDS, Drawing, Kind, check_size
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import numpy as np
     from numpy.typing import NDArray
 
@@ -85,6 +84,8 @@ def read_picture(
 def _legend(colours: Mapping[str, str]) -> dict[str, Kind]:
     """What each colour means, by its name in small letters."""
     legend = dict(LEGEND)
+    if not isinstance(colours, Mapping):
+        raise ColonysimError(f"colours: {shown(colours)}, expected a mapping from colours to meanings")
     for name, meaning in colours.items():
         colour = str(name).strip().lower()
         if colour != TRANSPARENT and not _COLOUR.fullmatch(colour):

@@ -44,7 +44,7 @@ Text = Annotated[str, Strict()]
 class _Part(BaseModel):
     """A mapping in the file; fields that do not matter here are passed over."""
 
-    model_config = ConfigDict(extra="ignore", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(extra="ignore", frozen=True)
 
 
 class _Property(_Part):
@@ -78,7 +78,8 @@ class _Tile(_Named):
 class _Tileset(_Part):
     firstgid: Annotated[int, Strict(), Field(ge=1, le=_GID)]
     source: Text | None = None
-    tilecount: Whole | None = None
+    tilecount: Whole = 0
+    columns: Whole = 0
     tiles: list[_Tile] = []
 
 
@@ -229,7 +230,8 @@ class _Reader:
         """What a tileset says of a tile, if anything; and the tileset's file, if it has one of its own."""
         n = bisect(self._starts, gid) - 1
         tileset = self._tilesets[n] if n >= 0 else None
-        if tileset is None or (tileset.tilecount is not None and gid - tileset.firstgid >= tileset.tilecount > 0):
+        # A tileset without columns is a collection of pictures, of which some may be missing.
+        if tileset is None or (tileset.columns > 0 and gid - tileset.firstgid >= tileset.tilecount):
             known = f"{len(self._tilesets)} tileset{'s' * (len(self._tilesets) != 1)}"
             raise ScenarioError(f"{place}: there is no tile {gid} in the {known} of the map")
         return self._tiles[n].get(gid - tileset.firstgid), printable(tileset.source or "", 60)
@@ -245,7 +247,7 @@ class _Reader:
                                 " as the class or name of the object or of its layer")  # fmt: skip
         for name in ("ellipse", "capsule", "polygon", "polyline", "text", "template"):
             if getattr(thing, name):
-                raise ScenarioError(f"{place}: is a {name}, expected a rectangle, a point or a tile")
+                raise ScenarioError(f"{place}: {name}: expected a rectangle, a point or a tile")
         if thing.rotation:
             raise ScenarioError(f"{place}: is turned by {thing.rotation:g} degrees, expected 0")
         size = _size(kind, place, thing, tile, *above)
