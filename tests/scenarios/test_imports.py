@@ -95,3 +95,29 @@ def test_a_grid_comes_back_as_it_was_written(seed, name, tmp_path):
     assert (back.agents, back.goal) == (grid.agents, grid.goal)
     assert sorted(hole.node for hole in back.holes) == sorted(hole.node for hole in grid.holes)
     assert sorted((box.node, box.height) for box in back.boxes) == sorted((box.node, box.height) for box in grid.boxes)
+
+
+@pytest.mark.parametrize(
+    ("content", "holes", "without"),
+    [
+        # Grey of 16 bits: its upper byte counts, whatever the lower one is.
+        (map_files.png(4, 1, 16, 0, [bytes.fromhex("ffffffff80120055")]), [2], [3]),
+        # The colour that stands for nothing, as deep as the pixels are: white of two bits and of one, grey of sixteen.
+        (map_files.png(4, 1, 2, 0, [b"\x03"], (b"tRNS", b"\0\3")), [], [3]),
+        (map_files.png(4, 1, 1, 0, [b"\x10"], (b"tRNS", b"\0\1")), [], [3]),
+        (map_files.png(4, 1, 16, 2, [b"\xff" * 18 + b"\x80" * 6], (b"tRNS", b"\x80" * 6)), [], [3]),
+    ],
+    ids=["grey16", "clear2", "clear1", "clear16"],
+)
+def test_shades_and_what_is_transparent_are_read_as_deep_as_the_file_has_them(content, holes, without, tmp_path):
+    colours = {} if content[24] == 16 else {"#000000": "floor"}
+    document = imported(tmp_path, "x.png", content, agents=1, colours=colours)
+    assert [hole["node"] for hole in document["holes"]] == holes
+    assert document["topology"]["without"] == without
+
+
+def test_the_goal_lies_behind_holes_if_anything_does(tmp_path):
+    plan = ["...........", "a.b.h.#####"]
+    assert imported(tmp_path, "x.png", map_files.picture(plan, "rgb"))["goal"] == 21
+    gated = ["...........", "##b########", "##ah.######"]
+    assert imported(tmp_path, "y.png", map_files.picture(gated, "rgb"))["goal"] == 4

@@ -196,11 +196,12 @@ def _packed(image: Any, bits: int) -> NDArray[np.uint32]:
         opacity = np.where(deep == clear, 0, 255) if isinstance(clear, int) else np.full_like(deep, 255)
         channels = np.stack([deep >> 8] * 3 + [opacity], axis=2)
     else:
-        # Pillow has made bytes of the pixels, and left the colour that stands for nothing as it is in the file.
+        # Pillow has made bytes of the pixels, and left most colours that stand for nothing as they are in the file.
         if isinstance(clear, tuple) and bits == 16:
             image.info["transparency"] = tuple(value >> 8 for value in clear)
         elif isinstance(clear, int) and bits < 8 and image.mode != "P":
-            image.info["transparency"] = clear * 255 // (2**bits - 1)
+            image = image.convert("L")
+            image.info["transparency"] = min(clear, 2**bits - 1) * 255 // (2**bits - 1)
         channels = np.asarray(image.convert("RGBA"))
     packed: NDArray[np.uint32] = np.ascontiguousarray(channels, dtype=np.uint8).view(">u4")[..., 0]
     return packed
