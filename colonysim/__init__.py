@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from colonysim.policies.schema import scenario_schema
     from colonysim.recording import run
     from colonysim.resuming import resume
+    from colonysim.scenario.imports import import_map
     from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
     from colonysim.scenario.scenario import Scenario
     from colonysim.simulation import Colony, simulate
@@ -48,6 +49,7 @@ __all__ = [
     "ScenarioError",
     "TraceError",
     "__version__",
+    "import_map",
     "list_scenarios",
     "load_scenario",
     "resume",
@@ -68,6 +70,7 @@ _PLACES = {
     "Scenario": "scenario.scenario",
     "ScenarioError": "errors",
     "TraceError": "errors",
+    "import_map": "scenario.imports",
     "list_scenarios": "scenario.loading",
     "load_scenario": "scenario.loading",
     "resume": "resuming",

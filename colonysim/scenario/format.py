@@ -123,6 +123,8 @@ class Grid(Generated):
     """Distance of neighbours, graph units."""
     diagonals: Flag = False
     """Whether diagonal neighbours are joined too."""
+    cut_corners: Flag = True
+    """Whether diagonal neighbours are joined though one of the two nodes beside their edge is left out."""
 
 
 class Line(Generated):
