@@ -1,12 +1,12 @@
-"""The spaces of observations and actions of a colony, and the arrays that lie in them."""
+"""The arrays that agents are told, and the spaces of observations and actions in which they lie."""
 
 from __future__ import annotations
 
 from array import array
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from gymnasium import spaces
 
 from colonysim.errors import ColonysimError
 from colonysim.rl.moves import OUTCOMES, PARTS, Moves
@@ -16,9 +16,9 @@ from colonysim.suggest import nearest
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from gymnasium import spaces
     from numpy.typing import NDArray
 
-    from colonysim.rl.moves import Own
     from colonysim.scenario.scenario import Scenario
 
 __all__ = ["Observation", "Observer"]
@@ -51,8 +51,8 @@ class Observer:
     Attributes:
         moves: The actions.
         names: The fields whose values at nodes are told.
-        observation_space: Of one agent.
-        action_space: Of one agent.
+        size: How many numbers an observation has.
+        actions: How many actions there are.
 
     Raises:
         ColonysimError: There is no such part.
@@ -83,10 +83,19 @@ class Observer:
             self.size += each[..., 0].size
         self._zeros = bytes(4 * self.size)
         self.flat, self.actions = flat, self.moves.count + busy
-        self.action_space = spaces.Discrete(self.actions)
-        self.observation_space = self._space()
 
-    def _space(self) -> spaces.Space[Any]:
+    @cached_property
+    def action_space(self) -> spaces.Discrete:
+        """Of one agent; needs Gymnasium."""
+        from gymnasium import spaces
+
+        return spaces.Discrete(self.actions)
+
+    @cached_property
+    def observation_space(self) -> spaces.Space[Any]:
+        """Of one agent; needs Gymnasium."""
+        from gymnasium import spaces
+
         low = np.concatenate([each[..., 0].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
         high = np.concatenate([each[..., 1].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
         if self.flat:
@@ -101,17 +110,12 @@ class Observer:
         """What the agent of a view sees."""
         return Sight(view, self.moves, self._holes)
 
-    def numbers(self, sight: Sight, own: Own) -> NDArray[np.float32]:
-        """All parts of an observation, one after the other.
-
-        Args:
-            sight: What the agent sees.
-            own: What it knows of itself.
-        """
+    def numbers(self, sight: Sight) -> NDArray[np.float32]:
+        """All parts of an observation of what an agent sees, one after the other."""
         found = array("f", self._zeros)
         for part, cut in self._slices.items():
             if part == "self":
-                sight.of_self(own, found, cut.start)
+                sight.of_self(found, cut.start)
             elif part == "neighbours":
                 sight.of_neighbours(found, cut.start)
             elif part == "pheromones":

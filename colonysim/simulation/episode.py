@@ -219,6 +219,7 @@ class Episode:
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
+            view.outcome, view.steps = "", 0
 
     def _seed(self, streams: Streams) -> None:
         """Starts the agents' own random streams; to seed a generator again takes half as long as to make one."""
@@ -563,10 +564,15 @@ class Episode:
         clear = blockers[0] if decision.box >= 0 else -1
         return Wait(tuple(blockers), self.edge_seconds, clear)
 
+    def _count_step(self, agent: int) -> None:
+        view = self.views[agent]
+        self.steps[agent] += 1
+        view.steps = self.steps[agent]
+
     def _act(self, agent: int, decision: Decision) -> None:
         """Begins a move for which everything is reserved."""
         node, box, hole = decision.node, decision.box, decision.hole
-        self.steps[agent] += 1
+        self._count_step(agent)
         self.short_waits[agent] = 0
         if self.asks[agent] >= 0:
             self._withdraw_request(agent)
@@ -626,7 +632,7 @@ class Episode:
         elif self.short:
             self.short.discard(agent)
         view.waited, view.refused = 0.0, None
-        view.failures = 0 if status == "arrived" else view.failures + 1
+        view.outcome, view.failures = status, 0 if status == "arrived" else view.failures + 1
         rows.ended(agent, action, origin, node, box, hole, status, reason, self.steps[agent], self.began[agent], now_at)
         if now_at != origin:
             self._deposit("arrive", agent, -1, -1, origin, before)
@@ -830,7 +836,7 @@ class Episode:
             if moves:
                 self._settle(agent)
                 continue
-            self.steps[agent] += 1
+            self._count_step(agent)
             if clear >= 0 and clear not in world.clear_requests:
                 world.ask(agent, clear)
                 self.asks[agent] = clear
