@@ -47,6 +47,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "paper": "colonysim.policies.presets:Paper",
         "oracle": "colonysim.policies.presets:Oracle",
         "random": "colonysim.policies.uniform:Uniform",
+        "learned": "colonysim.rl.learned:Learned",
     },
     "fields": {},
     "executors": {

@@ -103,9 +103,11 @@ class Turns:
         self._written = 0
         with Colony(scenario, policy=self._policy(), kinds=()) as colony:
             by_box = {name: field.by_box for name, field in colony.fields.items()}
+        most = given["neighbours"]
         self.observer = Observer(
             scenario, by_box, parts=tuple(given["parts"]), flat=given["flat"], boxes=whole("boxes", given["boxes"], 0),
-            holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action", busy=busy,
+            holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action",
+            neighbours=None if most is None else whole("neighbours", most), busy=busy,
         )  # fmt: skip
         self._clear()
 
