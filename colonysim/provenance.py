@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from importlib.machinery import ModuleSpec
 
-__all__ = ["TAG", "Sources", "files_of", "parts_of", "sources_of", "telling", "unknown_in"]
+__all__ = ["TAG", "Sources", "files_of", "other_file", "parts_of", "sources_of", "telling", "unknown_in"]
 
 TAG = "tag"
 """The name, among the fingerprints of a part, of what its user says of its version."""
@@ -91,6 +91,21 @@ def files_of(parameters: Mapping[str, Any], options: Mapping[str, Any] | None = 
         told += [(f"policy.{name}", value) for name, value in sorted(its.items())]
     paths = ((f"{name} {value}", value) for name, value in told if isinstance(value, (str, Path)))
     return {name: files for name, value in paths if (files := _content_of(value))}
+
+
+def other_file(before: Mapping[str, Any], here: Sources) -> str:
+    """Which of the files that were read before is another one now, in words; "" if none is.
+
+    Args:
+        before: What `files_of` said then; further parts may be among it.
+        here: What it says now.
+    """
+    for name, files in here.items():
+        then = before.get(name, files)
+        for file, content in then.items() if isinstance(then, dict) else ():
+            if files.get(file) != content:
+                return f"{name.partition(' ')[2]}, whose file {file} is another one now (it was {content})"
+    return ""
 
 
 def telling(parameters: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import remove_file
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
-from colonysim.provenance import files_of
+from colonysim.provenance import files_of, other_file
 from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded
@@ -156,13 +156,9 @@ def refuse_other_models(manifest: Mapping[str, Any], scenario: Scenario, path: P
     Raises:
         TraceError: One has.
     """
-    before = manifest.get("sources") or {}
     here = files_of(scenario.parameters, manifest["options"].get("backend"), scenario.parts_of_groups)
-    for name, files in here.items():
-        for file, content in before.get(name, files).items():
-            if files.get(file) != content:
-                told = f"recorded with {name.partition(' ')[2]}, whose file {file} is another one now"
-                raise TraceError(f"{path}: {told} (it was {content}): go on with that one")
+    if other := other_file(manifest.get("sources") or {}, here):
+        raise TraceError(f"{path}: recorded with {other}: go on with that one")
 
 
 def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:

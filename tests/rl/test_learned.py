@@ -212,6 +212,9 @@ def test_a_colony_is_saved_loaded_and_forked_with_it(tmp_path):
         assert rest == expected[-len(rest) :] and list(twin) == rest
     with colonysim.Colony.load(tmp_path / "saved.npz") as loaded:
         assert list(loaded) == rest
+    saved(tmp_path, choice="sampled", seed=1)
+    with pytest.raises(ColonysimError, match=r"saved with .*, whose file policy\.json is another one now"):
+        colonysim.Colony.load(tmp_path / "saved.npz")
 
 
 def test_a_run_is_resumed_with_its_network_and_with_no_other(tmp_path):
