@@ -11,10 +11,11 @@ from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import remove_file
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
+from colonysim.provenance import files_of, other_file
 from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded
-from colonysim.simulation.origins import known, refuse_code_of_others
+from colonysim.simulation.origins import known, refuse_code_of_others, refuse_executor_of_others
 from colonysim.simulation.saving import read_saved
 from colonysim.trace.kept import dropped_in
 from colonysim.trace.manifest import now, read_manifest, versions, write_manifest
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from colonysim.simulation.saving import Saved
     from colonysim.trace.schema import Event, Tap
 
-__all__ = ["anew", "refuse_other_versions", "resume"]
+__all__ = ["anew", "refuse_other_models", "refuse_other_versions", "resume"]
 
 
 def resume(
@@ -79,6 +80,7 @@ def resume(
         _check(manifest, directory)
         for left in directory.glob(".*.tmp"):  # by whoever was killed while writing it
             remove_file(left, TraceError)
+        refuse_other_models(manifest, Run(directory, manifest).scenario, directory)
         source = directory / CHECKPOINT
         saved = read_saved(source) if source.exists() else None
         if saved is not None:
@@ -148,6 +150,17 @@ def refuse_other_versions(manifest: Mapping[str, Any], path: Path) -> None:
             )
 
 
+def refuse_other_models(manifest: Mapping[str, Any], scenario: Scenario, path: Path) -> None:
+    """Refuses to go on with another network than before: a file of a model has changed.
+
+    Raises:
+        TraceError: One has.
+    """
+    here = files_of(scenario.parameters, manifest["options"].get("backend"), scenario.parts_of_groups)
+    if other := other_file(manifest.get("sources") or {}, here):
+        raise TraceError(f"{path}: recorded with {other}: go on with that one")
+
+
 def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
     """Refuses a checkpoint of another run."""
     rows = saved.extra.get("rows")
@@ -184,6 +197,7 @@ def anew(
     refuse_code_of_others(scenario, "them with a run of your own")
     options = dict(manifest["options"].get("backend") or {})
     if backend is None:
+        refuse_executor_of_others(options)
         backend = _named("backends", manifest["backend"])
         if manifest["backend"] in PACKAGES:
             options.pop("engine", None)

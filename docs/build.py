@@ -66,7 +66,7 @@ def _command(command: Any, name: str) -> str:
 
 def scenario_format() -> str:
     """The page of the scenario format, from its JSON Schema."""
-    from colonysim.scenario.schema import scenario_schema
+    from colonysim.policies.schema import scenario_schema
 
     schema = scenario_schema()
     parts = [

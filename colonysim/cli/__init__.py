@@ -116,8 +116,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, resume, scenarios, new, import_, validate, backends, policies, schema, view, video, plot, report, export, verify,
-    sweep, results, compare, fork, tune, reproduce, bench,
+    run, resume, scenarios, new, import_, validate, backends, policies, schema, view, video, plot, report, export,
+    verify, sweep, results, compare, fork, tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2].rstrip("_")
     app.command(name, epilog=module.EXAMPLES)(module.command)

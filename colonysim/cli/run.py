@@ -30,6 +30,7 @@ Examples:
   colonysim run hard --watch
   colonysim run hard --backend physics --live
   colonysim run hard --backend mujoco --push staged --out runs/physics
+  colonysim run hard --backend bullet --push rl --model models/mine/push.json
   colonysim run hard --backend physics --from runs/hard-nodeworld-s0-1 --episodes 3
 """
 
@@ -80,8 +81,20 @@ def command(
         typer.Option("--from", metavar="RUN", help="Start with the pheromones that this run ended with."),
     ] = None,
     push: Annotated[
-        Literal["rl", "staged", "scripted"] | None,
-        typer.Option(help="How robots push: learned, learned behind a scripted approach, or scripted (physics only)."),
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="How robots push: rl (learned), staged (learned behind a scripted approach), scripted, the name of "
+            "one that is installed, or package.module:Name (physics only).",
+        ),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="The network that pushes: the card that `colonysim train push` wrote, or an ONNX file (physics only). "
+            "[default: the one shipped]",
+        ),
     ] = None,
     feasibility: Annotated[
         Literal["geometry", "forest", "way"] | None,
@@ -163,7 +176,7 @@ def command(
     from colonysim.scenario.contradictions import refuse_contradictions
     from colonysim.scenario.loading import load_scenario
 
-    options = _backend_options(backend, push, feasibility, gui)
+    options = _backend_options(backend, push, model, feasibility, gui)
     if (port or no_open) and not live:
         raise ColonysimError(f"{'--port' if port else '--no-open'}: only with --live")
     slowed = backend == "nodeworld" and (watch or live)
@@ -354,13 +367,18 @@ class _Progress:
         self._bar.move(done + min(self._step / self._expected, 0.95))
 
 
-def _backend_options(backend: str, push: str | None, feasibility: str | None, gui: bool) -> dict[str, Any]:
+def _backend_options(
+    backend: str, push: str | None, model: Path | None, feasibility: str | None, gui: bool
+) -> dict[str, Any]:
     from colonysim.engines import PACKAGES
     from colonysim.errors import ColonysimError
+    from colonysim.files import shown_path
 
     options: dict[str, Any] = {}
     if push is not None:
         options["push"] = push
+    if model is not None:
+        options["model"] = shown_path(model)
     if feasibility is not None:
         options["feasibility"] = feasibility
     if gui:

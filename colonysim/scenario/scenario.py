@@ -147,13 +147,9 @@ class Scenario:
         return replace(self, policy=policy, parameters=parameters, policy_path=f"groups.{number}.policy")
 
     @property
-    def parts_of_groups(self) -> list[tuple[str | None, list[str]]]:
-        """For each group the policy that it names, or None, and the extra fields."""
-        found: list[tuple[str | None, list[str]]] = []
-        for group in self.groups:
-            extra = group.parameters.get("extra_fields") or ()
-            found.append((group.policy, [extra] if isinstance(extra, str) else [*extra]))
-        return found
+    def parts_of_groups(self) -> list[tuple[str | None, dict[str, Any]]]:
+        """For each group the policy that it names, or None, and its parameters."""
+        return [(group.policy, dict(group.parameters)) for group in self.groups]
 
     @property
     def settings(self) -> dict[str, Any]:

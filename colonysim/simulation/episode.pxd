@@ -80,6 +80,8 @@ cdef class Episode:
     cdef _look_again(self, LocalView view, Decision decision)
     @cython.locals(world=World, node=int)
     cpdef reserve(self, int agent, Decision decision)
+    @cython.locals(view=LocalView)
+    cpdef count_step(self, int agent)
     @cython.locals(node=int, box=int, hole=int, seconds=double)
     cpdef act(self, int agent, Decision decision)
     @cython.locals(motion=MotionType, at=int, fails=cython.bint, seconds=double)

@@ -188,6 +188,7 @@ class Episode:
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
+            view.outcome, view.steps = "", 0
 
     def _seed(self, streams: Streams) -> None:
         """Starts the agents' own random streams; to seed a generator again takes half as long as to make one."""
@@ -532,10 +533,16 @@ class Episode:
         clear = blockers[0] if decision.box >= 0 else -1
         return Wait(tuple(blockers), self.edge_seconds, clear)
 
+    def count_step(self, agent: int) -> None:
+        """An agent begins a step, or spends one waiting where all act at once."""
+        view = self.views[agent]
+        self.steps[agent] += 1
+        view.steps = self.steps[agent]
+
     def act(self, agent: int, decision: Decision) -> None:
         """Begins a move for which everything is reserved."""
         node, box, hole = decision.node, decision.box, decision.hole
-        self.steps[agent] += 1
+        self.count_step(agent)
         self.short_waits[agent] = 0
         if self.asks[agent] >= 0:
             self._withdraw_request(agent)
@@ -595,7 +602,7 @@ class Episode:
         elif self.short:
             self.short.discard(agent)
         view.waited, view.refused = 0.0, None
-        view.failures = 0 if status == "arrived" else view.failures + 1
+        view.outcome, view.failures = status, 0 if status == "arrived" else view.failures + 1
         rows.ended(agent, action, origin, node, box, hole, status, reason, self.steps[agent], self.began[agent], now_at)
         if now_at != origin:
             self._deposit("arrive", agent, -1, -1, origin, before)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.simulation.episode import DOING
 from colonysim.simulation.order import LAST
 from colonysim.states import LARGEST, MOST, Stored
-from colonysim.world.plain import move_of, move_state, outcome_of, outcome_state
+from colonysim.world.plain import STATUSES, move_of, move_state, outcome_of, outcome_state
 
 if TYPE_CHECKING:
     from colonysim.randomness import Streams
@@ -44,7 +44,7 @@ def episode_state(episode: Episode) -> State:
         "finished": sorted(episode.finished), "short": sorted(episode.short),
         "asked": episode.asked,
         "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
-        "refused": [move_state(view.refused) for view in views],
+        "refused": [move_state(view.refused) for view in views], "last": [view.outcome for view in views],
         "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
         "orders": array("d", [alarm.order for alarm in alarms]),
         "ticks": episode.ticks.state(), "timers": episode.timers.state(), "clock": episode.clock.state(),
@@ -97,8 +97,12 @@ def restore_episode(
         raise told.fault("asked", episode.asked, "an agent whose decisions come from outside")
     waited, failures = told.column("waited", "d", agents, 0.0, LARGEST), told.wholes("failures", agents)
     refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
+    last = told.listed("last", agents)
+    if not all(each == "" or each in STATUSES for each in last):
+        raise told.fault("last", last, f"one of {', '.join(STATUSES)}, or nothing")
     for agent, view in enumerate(episode.views):
         view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
+        view.outcome, view.steps = last[agent], columns["steps"][agent]
         view.look()
     if episode.faults is not None:  # after the looks above, which draw
         episode.faults.restore(told.part("faults"))

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.simulation.saving import Saved
 
-__all__ = ["Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others", "scenario_of"]
+__all__ = [
+    "Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others",
+    "refuse_executor_of_others", "scenario_of",
+]  # fmt: skip
 
 
 def origin_of(
@@ -90,6 +93,20 @@ def refuse_code_of_others(scenario: Scenario, way: str) -> None:
         raise PluginError(f"names code of others, which no file imports by itself: {', '.join(others)}; give {way}")
 
 
+def refuse_executor_of_others(options: Mapping[str, Any] | None) -> None:
+    """Refuses options of a backend, out of a file, that would have a push executor of others imported.
+
+    Raises:
+        PluginError: They would.
+    """
+    push = (options or {}).get("push")
+    if isinstance(push, str) and not known("executors", push):
+        raise PluginError(
+            f"its push executor {push!r} is code of others, which no file imports by itself; give the backend, made "
+            f"with it: backend=..."
+        )
+
+
 def backend_of(
     saved: Saved, backend: str | Backend | None, options: Mapping[str, Any] | None
 ) -> tuple[str | Backend, Mapping[str, Any] | None]:
@@ -104,6 +121,7 @@ def backend_of(
         return backend, origin.options if options is None and same else options
     if origin.options is None:
         raise PluginError(f"its backend {origin.backend!r} was given as an object; give another one, backend=")
+    refuse_executor_of_others(origin.options if options is None else options)
     if not known("backends", origin.backend):
         raise PluginError(
             f"its backend {origin.backend!r} is code of others, which no file imports by itself; give "

@@ -130,14 +130,14 @@ class Ticks(Alarm):
     def _apply(self) -> None:
         """All actions of a tick have ended: what came of them is applied in the order in which they began."""
         episode, world, turns, self.turns = self._episode, self._episode.world, self.turns, []
-        steps, asks = episode.steps, episode.asks
+        asks = episode.asks
         for node in list(world.clear_requests):
             world.unask(node)
         for agent, moves, clear in turns:
             if moves:
                 episode.settle(agent)
                 continue
-            steps[agent] += 1
+            episode.count_step(agent)
             if clear >= 0 and clear not in world.clear_requests:
                 world.ask(agent, clear)
                 asks[agent] = clear

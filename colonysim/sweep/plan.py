@@ -20,7 +20,7 @@ from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.installing import install_command
 from colonysim.plugins import BUILT_IN, called, load, locate, make_policy
-from colonysim.provenance import TAG, parts_of, unknown_in
+from colonysim.provenance import TAG, parts_of, telling, unknown_in
 from colonysim.scenario.contradictions import refuse_set_twice
 from colonysim.scenario.loading import load_scenario, plain_data
 from colonysim.scenario.places import Places
@@ -331,9 +331,9 @@ class _Sources:
     def of(self, trial: Trial, scenario: Scenario) -> Sources:
         """What a trial of this scenario depends on."""
         policy = trial.policy or scenario.policy
-        fields = scenario.parameters.get("extra_fields") or ()
         groups = scenario.parts_of_groups
-        key = json.dumps([policy, trial.backend, fields, trial.options, groups], sort_keys=True, default=str)
+        told = [policy, trial.backend, telling(scenario.parameters), trial.options, groups]
+        key = json.dumps(told, sort_keys=True, default=str)
         if key not in self._found:
             found = parts_of(policy, trial.backend, scenario.parameters, trial.options, groups)
             for name in {policy, trial.backend, *found} & self._tags.keys():

@@ -494,7 +494,7 @@ def test_what_is_no_saved_colony(sound: Path, tmp_path: Path) -> None:
     ("name", "value", "words"),
     [
         ("format", "colonysim run", "not that of a colonysim colony"),
-        ("schema", 99, "in format 99, this one reads format 1"),
+        ("schema", 99, "in format 99, this one reads format 2"),
         ("scenario_sha256", "0" * 64, "not the one that its hash tells of"),
         ("mode", "backwards", "no mode"),
         ("policy", "os:system", "is code of others"),

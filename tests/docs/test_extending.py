@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,17 @@ from colonysim.simulation import simulate
 from colonysim.trace.reader import Run
 from colonysim.world.state import World
 
+pytestmark = pytest.mark.usefixtures("some_engine")
+
 PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
 
 
+@cache
 def examples() -> dict[str, Any]:
     """What the blocks of the page define."""
     names: dict[str, Any] = {"__name__": "examples"}
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    assert len(blocks) == 7
+    assert len(blocks) == 9
     for block in blocks:
         exec(compile(block, str(PAGE), "exec"), names)
     return names
