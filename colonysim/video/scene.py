@@ -33,6 +33,7 @@ _SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 _ROBOT = np.array(
     [(-1.0, -0.8), (-0.8, -1.0), (0.35, -1.0), (1.0, -0.45), (1.0, 0.45), (0.35, 1.0), (-0.8, 1.0), (-1.0, 0.8)]
 )
+_NOSE = np.array([(0.55, 0.0), (1.0, 0.0)])
 _STRIPS = 24
 _MOST_NUMBERS = 30
 """With more agents than this their numbers are left out."""
@@ -58,7 +59,7 @@ class Scene:
             pits = {node: drawing.pits[pit] for node, pit in drawing.pit_at.items()}
             self._pits = {node: ((pit.x, pit.y), pit.side, pit.yaw) for node, pit in pits.items()}
             self._box = np.array([box.length for box in drawing.boxes])
-            self._robot = np.array([drawing.robot.bumper, drawing.robot.half_width])
+            self._robots = np.array([(robot.bumper, robot.half_width) for robot in drawing.models])
             _graph(axes, scenario, places, 0.5 * drawing.robot.half_width, "#D3CFC4")
         else:
             places = np.column_stack([scenario.topology.x, scenario.topology.y])
@@ -68,14 +69,14 @@ class Scene:
                 axes.set(**{f"{limit}lim": (low, high)})
             self._pits = {node: (tuple(places[node]), 0.62 * unit, 0.0) for node in self._holes}
             self._box = np.full(len(scenario.boxes), 0.5 * unit)
-            self._robot = np.array([0.2, 0.18]) * unit
+            self._robots = np.tile(np.array([0.2, 0.18]) * unit, (len(scenario.agents), 1))
         for centre, side, yaw in self._pits.values():
             axes.add_patch(Polygon(_placed(_SQUARE * side, centre, yaw), color=HOLE, linewidth=0, zorder=2))
-        goal = places[scenario.goal]
-        axes.add_patch(Circle(goal, 2.2 * self._robot[0], color=GOAL, alpha=0.35, linewidth=0, zorder=2))
-        axes.add_patch(Circle(goal, 2.2 * self._robot[0], fill=False, edgecolor=GOAL, linewidth=1.2, zorder=2))
+        goal, size = places[scenario.goal], self._robots[:, 0].max(initial=0.0)
+        axes.add_patch(Circle(goal, 2.2 * size, color=GOAL, alpha=0.35, linewidth=0, zorder=2))
+        axes.add_patch(Circle(goal, 2.2 * size, fill=False, edgecolor=GOAL, linewidth=1.2, zorder=2))
         axes.text(
-            goal[0], goal[1] - 2.5 * self._robot[0], "goal", fontsize=7, color=INK, weight="bold", ha="center", va="top"
+            goal[0], goal[1] - 2.5 * size, "goal", fontsize=7, color=INK, weight="bold", ha="center", va="top"
         )
         axes.autoscale_view()
         self._trails = [
@@ -126,10 +127,8 @@ class Scene:
         self._boxes.set_verts([_placed(_SQUARE * self._box[i], boxes[i, :2], boxes[i, 2]) for i in order])
         self._boxes.set_facecolor([_SEATED if seated[i] else BOX for i in order])
         standing = np.flatnonzero(there)
-        shape = _ROBOT * self._robot
-        self._agents.set_verts([_placed(shape, agents[i, :2], agents[i, 2]) for i in standing])
-        nose = np.array([(0.55, 0.0), (1.0, 0.0)]) * self._robot
-        self._noses.set_segments([_placed(nose, agents[i, :2], agents[i, 2]) for i in standing])
+        self._agents.set_verts([_placed(_ROBOT * self._robots[i], agents[i, :2], agents[i, 2]) for i in standing])
+        self._noses.set_segments([_placed(_NOSE * self._robots[i], agents[i, :2], agents[i, 2]) for i in standing])
         for i, number in enumerate(self._numbers):
             number.set_position(agents[i, :2])
             number.set_visible(bool(there[i]))

@@ -81,13 +81,12 @@ class _Recording:
             drawing = draw(self._scenario)
             self._places = np.array([(*at, z) for at, z in zip(drawing.places, drawing.heights, strict=True)])
             self._box_sizes = [(box.length, box.length, box.height) for box in drawing.boxes]
-            robot = drawing.robot
-            self._agent_size = (robot.length, 2 * robot.half_width, robot.height)
+            self._agent_sizes = [(each.length, 2 * each.half_width, each.height) for each in drawing.models]
         else:
             self._places = np.column_stack([topology.x, topology.y, topology.z]).astype(float)
             wide = 0.35 * topology.mean_length
             self._box_sizes = [(wide, wide, box.height) for box in self._scenario.boxes]
-            self._agent_size = (wide, 0.7 * wide, 0.4 * wide)
+            self._agent_sizes = [(wide, 0.7 * wide, 0.4 * wide)] * len(self._scenario.agents)
 
     def write(self) -> None:
         """Sends everything."""
@@ -124,7 +123,7 @@ class _Recording:
         self._log("place/edges", rerun.LineStrips3D(lines, colors=_EDGE, radii=0.2 * unit))
         labels = [str(node) for node in ids]
         self._log("place/nodes", rerun.Points3D(places, colors=colours, radii=unit, labels=labels, show_labels=False))
-        sizes = {"box": self._box_sizes, "agent": [self._agent_size] * len(scenario.agents)}
+        sizes = {"box": self._box_sizes, "agent": self._agent_sizes}
         for body, colour in (("box", _BOX), ("agent", _AGENT)):
             for number, size in enumerate(sizes[body]):
                 half = [0.5 * each for each in size]
@@ -152,9 +151,9 @@ class _Recording:
         boxes_to = boxes_after(scenario, events, self._poses)
         columns = [events.column(name) for name in ("began", "time", "agent", "box", "now_at")]
         kinds, kind = events.words("kind")
-        lift = np.array([0.0, 0.0, 0.5 * self._agent_size[2]])
+        lift = [np.array([0.0, 0.0, 0.5 * size[2]]) for size in self._agent_sizes]
         for i, number in enumerate(self._numbers):
-            agents = [places[node] + lift for node in scenario.agents_at_start]
+            agents = [places[node] + lift[agent] for agent, node in enumerate(scenario.agents_at_start)]
             stacks: dict[int, list[int]] = {}
             boxes = []
             for box, start in enumerate(scenario.boxes_at_start):
@@ -172,7 +171,7 @@ class _Recording:
                 if kinds[kind[row]] != "end":
                     continue
                 began, time, agent, box, now_at = (column[row] for column in columns)
-                moved = [(f"agent/{agent}", places[index[int(now_at)]] + lift)]
+                moved = [(f"agent/{agent}", places[index[int(now_at)]] + lift[int(agent)])]
                 if boxes_to[row] >= 0:
                     moved.append((f"box/{box}", self._on_top(stacks, index[int(boxes_to[row])], int(box), heights)))
                 for path, there in moved:
@@ -185,7 +184,7 @@ class _Recording:
             self._columns(path, times, episodes, self._rerun.Transform3D.columns(translation=np.array(points)))
 
     def _appears(
-        self, row: int, stacks: dict[int, list[int]], heights: NDArray[Any], lift: NDArray[np.float64]
+        self, row: int, stacks: dict[int, list[int]], heights: NDArray[Any], lift: Sequence[NDArray[np.float64]]
     ) -> tuple[str, NDArray[np.float64]]:
         """Which body an event puts somewhere, and where; no body for most events."""
         events, index = self._events, self._scenario.topology.index
@@ -193,10 +192,10 @@ class _Recording:
         actions, action = events.words("action")
         node, agent, box = (int(events.column(name)[row]) for name in ("node", "agent", "box"))
         if kinds[kind[row]] == "start" and agent >= len(self._scenario.agents_at_start):
-            return f"agent/{agent}", self._places[index[node]] + lift
+            return f"agent/{agent}", self._places[index[node]] + lift[agent]
         if kinds[kind[row]] == "change" and actions[action[row]] == "add_box":
             return f"box/{box}", self._on_top(stacks, index[node], box, heights)
-        return "", lift
+        return "", self._places[0]
 
     def _on_top(self, stacks: dict[int, list[int]], node: int, box: int, heights: NDArray[Any]) -> NDArray[np.float64]:
         """Puts a box on a node, upon those that are there; returns where its middle is."""
