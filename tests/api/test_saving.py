@@ -222,6 +222,22 @@ def test_a_twin_does_the_same_and_a_seed_something_else() -> None:
     assert all(event.time >= 12.0 for event in found if event.episode == 1)
 
 
+@pytest.mark.parametrize("count", [20, pytest.param(300, marks=pytest.mark.slow)])
+def test_twins_of_worlds_with_every_section_do_the_same(count: int) -> None:
+    for number in range(count):
+        rng = random.Random(f"twins/{number}")
+        scenario, mode = any_document(rng), rng.choice(("asynchronous", "synchronous"))
+        whole = list(colonysim.simulate(scenario, seed=number, mode=mode, episodes=2))
+        colony, seen, twins = Colony(scenario, seed=number, mode=mode, episodes=2), 0, []
+        while colony.step() is not None:
+            seen += 1
+            if rng.random() < 0.05 and len(twins) < 3 and not colony.over:
+                twins.append((seen, colony.fork()))
+        assert seen == len(whole), number
+        for since, twin in twins:
+            assert events(twin) == whole[since:], number
+
+
 def test_a_fork_of_the_same_seed_is_no_repetition() -> None:
     colony = Colony("hard", seed=1, episodes=2)
     colony.run_until(episode=1)
