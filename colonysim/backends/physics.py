@@ -150,7 +150,7 @@ class Physics:
         self._metre, self.tick = robot.scale, TICK_SECONDS * robot.time_unit
         self._pose_ticks = max(1, round(POSE_SECONDS / self.tick))
         self._scene = Scene(
-            layout.terrain, layout.boxes, layout.robots, robot=robot, engine=self.engine.name, gui=self._gui
+            layout.terrain, layout.boxes, layout.robots, robot=layout.models, engine=self.engine.name, gui=self._gui
         )
         self._actions = Actions(self._scene)
         self._rows: list[TraceRow] = []

@@ -16,6 +16,8 @@ EXAMPLES = """\b
 Examples:
   colonysim compare results/presets --by policy --episodes 21-30
   colonysim compare results/before results/after
+  colonysim compare results/presets --by policy --by-group
+  colonysim compare results/presets --by group
   colonysim compare runs/hard-nodeworld-s0-1 runs/hard-bullet-s0-1
 """
 _DIGITS = {"success": 3, "steps": 1, "sim_seconds": 1}
@@ -26,19 +28,21 @@ def command(
     by: Annotated[
         list[str] | None,
         typer.Option(
-            help="What is compared: one setting, version, or source (the directory).",
+            help="What is compared: one setting, version, group (of agents), or source (the directory).",
             show_default="what varies, or the directories",
         ),
     ] = None,
     episodes: Annotated[
         str | None, typer.Option(metavar="FIRST-LAST", help="Only these episodes.", show_default="all")
     ] = None,
+    by_group: Annotated[bool, typer.Option("--by-group", help="Compare each group of agents for itself.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print rows as JSON.")] = False,
 ) -> None:
     """Print the difference between policies, backends, versions or other settings, seed by seed.
 
     Runs and trials are paired that have the same seed, and the same settings but for what is compared. The interval is
     of 95 % over seeds (bootstrap from 8 on, Student's t for fewer); with one seed there is none.
+    `--by-group` compares success and steps group by group, `--by group` the groups with each other.
     """
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
@@ -54,7 +58,7 @@ def command(
     for path in paths:
         if is_run(path):
             opened(path)  # tells of those that are not finished
-    found = compare(paths, by=by[0] if by else None, episodes=read_span(episodes))
+    found = compare(paths, by=by[0] if by else None, episodes=read_span(episodes), by_group=by_group)
     if as_json:
         print_json([_as_json(each) for each in found])
         return

@@ -15,6 +15,7 @@ EXAMPLES = """\b
 Examples:
   colonysim plot runs/hard-nodeworld-s0-1
   colonysim plot runs/hard-nodeworld-s0-1 --what H,B --hole 29 --box 3 --episodes 1,3,10 -f pdf
+  colonysim plot runs/scouts-nodeworld-s0-1 --what episodes,waiting --by-group
   colonysim plot runs/pushes --what trajectories
   colonysim plot models/mine
 """
@@ -43,6 +44,9 @@ def command(
     box: Annotated[
         int | None, typer.Option("--box", help="Box whose B is drawn.", show_default="the first six")
     ] = None,
+    by_group: Annotated[
+        bool, typer.Option("--by-group", help="An image of episodes, waiting and workload for each group of agents.")
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -76,11 +80,11 @@ def command(
         wanted = tuple(dict.fromkeys(word.strip() for word in what.split(",") if word.strip()))
     chosen = None if episodes is None else read_numbers(episodes)
     if is_training(path):
-        if what not in (None, "learning") or episodes is not None or hole is not None or box is not None:
+        if what not in (None, "learning") or episodes is not None or hole is not None or box is not None or by_group:
             raise ColonysimError(f"{path}: a training, of which there is one image only; leave the choice out")
         images = draw_training(path, out=out, kind=kind)
     else:
         run = opened(path) if what else opened(path, "frames", "poses")
-        images = draw(run, what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind)
+        images = draw(run, what=wanted, episodes=chosen, hole=hole, box=box, by_group=by_group, out=out, kind=kind)
     for image in images:
         print_result(shown_path(image))

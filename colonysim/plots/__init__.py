@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
+__all__ = ["KINDS", "OF_AGENTS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
 
 FIELDS = ("D", "E", "H", "B")
 """The paper's pheromone fields."""
@@ -31,6 +32,8 @@ PUSH_KINDS = ("trajectories", "samples")
 """What can be drawn of a run of single pushes."""
 _WHOLE = ("episodes", "workload", "fates")
 """Those that are of the whole run, whichever episodes are asked for."""
+OF_AGENTS = ("episodes", "waiting", "workload")
+"""Those that can be drawn of each group of agents for itself."""
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None},
 }  # fmt: skip
@@ -50,6 +53,7 @@ def draw(
     episodes: Sequence[int] | None = None,
     hole: int | None = None,
     box: int | None = None,
+    by_group: bool = False,
     out: str | Path | None = None,
     kind: Literal["png", "svg", "pdf"] = "png",
     dpi: float = 130,
@@ -67,13 +71,15 @@ def draw(
             each hole. Only with such a field.
         box: The box whose B (or another field of boxes) is drawn; by default an image for each of the first six. Only
             with such a field.
+        by_group: Whether there is an image for each group of agents of what `OF_AGENTS` names.
         out: Where to put the images; by default `plots` in the run directory.
         kind: File format.
         dpi: Pixels an inch, 10 to 2,400.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ColonysimError: The run has no such episode, hole, box or field, or the images cannot be written.
+        ColonysimError: The run has no such episode, hole, box or field, or no groups where they are asked for, or the
+            images cannot be written.
     """
     _need_matplotlib()
     dpi = real("dpi", dpi, *_DPI)
@@ -81,14 +87,14 @@ def draw(
     if episodes is not None:
         episodes = wholes("episodes", episodes)
     if "evaluation" in run.manifest:
-        if hole is not None or box is not None:
-            raise ColonysimError("a run of single pushes has no pheromones, hence neither hole nor box to choose")
+        if hole is not None or box is not None or by_group:
+            raise ColonysimError("a run of single pushes has neither hole, box nor group to choose: it is no colony's")
         jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
     else:
         if episodes is not None and what is not None and set(what) <= set(_WHOLE):
             raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
         run.check_places("events", "frames", "poses")
-        jobs = _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None)
+        jobs = _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None, by_group)
     if out is None:
         if run.path is None:
             raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
@@ -163,7 +169,8 @@ def _need_matplotlib() -> None:
 
 
 def _jobs(
-    run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None, chosen: bool
+    run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None, chosen: bool,
+    by_group: bool,
 ) -> list[tuple[str, Callable[[], Figure]]]:
     """File name and drawing function of each image; every mistake is found before the first is drawn."""
     from colonysim.plots.fates import fates_figure
@@ -191,7 +198,9 @@ def _jobs(
     if what is None:
         what = [*(fields if framed else ()), *(word for word in others if word not in fields)]
     known = {*fields, *others}
-    of_run = dict(zip(_WHOLE, (results_figure, workload_figure, fates_figure), strict=True))
+    groups: Sequence[tuple[Group | None, str]] = [(None, "")]
+    if by_group:
+        groups = _groups(run, what)
     jobs: list[tuple[str, Callable[[], Figure]]] = []
     for word in what:
         if word not in known:
@@ -200,10 +209,14 @@ def _jobs(
             jobs.append(("map", lambda: map_figure(run, episodes[-1])))
         elif word == "trajectories":
             jobs.append(("trajectories", lambda: trajectories_figure(run, episodes)))
+        elif word == "fates":
+            jobs.append(("fates", lambda: fates_figure(run)))
+        elif word == "episodes":
+            jobs += [(f"episodes{end}", partial(results_figure, run, group)) for group, end in groups]
+        elif word == "workload":
+            jobs += [(f"workload{end}", partial(workload_figure, run, group)) for group, end in groups]
         elif word == "waiting":
-            jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1])))
-        elif word in of_run:
-            jobs.append((word, lambda make=of_run[word]: make(run)))  # type: ignore[misc]
+            jobs += [(f"waiting{end}", partial(waiting_figure, run, episodes[-1], group)) for group, end in groups]
         elif lacking := next((missing[number] for number in framed or episodes if missing[number]), ""):
             raise TraceError(f"{run.path}: {lacking}")
         elif fields[word] == "hole":
@@ -216,6 +229,15 @@ def _jobs(
         else:
             jobs.append((quote(word, safe=""), partial(node_figure, run, word, framed)))
     return jobs
+
+
+def _groups(run: Run, what: Sequence[str]) -> list[tuple[Group | None, str]]:
+    """The groups of a run's agents, and what the names of their images end with."""
+    if not run.scenario.groups:
+        raise ColonysimError(f"by group: {run.path} has no groups of agents")
+    if not set(what) & set(OF_AGENTS):
+        raise ColonysimError(f"by group: {', '.join(what)} are not of agents, expected some of {', '.join(OF_AGENTS)}")
+    return [(group, f"-{quote(group.name, safe='')}") for group in run.scenario.groups]
 
 
 def _fields(run: Run) -> dict[str, Literal["node", "hole", "box"]]:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
 
+    from colonysim.scenario.groups import Group
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
 
@@ -154,17 +155,21 @@ def heading_of(what: str, run: Run) -> str:
     return " · ".join(word for word in (what, named_in(run, "name"), run.shortfall) if word)
 
 
-def title_of(what: str, run: Run) -> str:
-    """What a diagram shows, and of which run; and how far that came, if it is not finished."""
+def title_of(what: str, run: Run, group: Group | None = None) -> str:
+    """What a diagram shows, and of which run, or group in it; and how far that came, if it is not finished."""
     name = f"{named_in(run, 'name')} {named_in(run, 'variant')}".rstrip()
     of = (named_in(run, "backend"), named_in(run, "policy"), f"seed {run.manifest['seed']}")
-    words = (what, name, *of, run.shortfall)
+    words = (what, "" if group is None else f"group {_drawable(group.name)}", name, *of, run.shortfall)
     return " · ".join(word for word in words if word)
 
 
 def named_in(run: Run, field: str) -> str:
     """A name from the manifest, in letters that can be drawn."""
-    return "".join(letter if letter.isprintable() else "?" for letter in run.manifest.get(field) or "")[:_LONGEST_NAME]
+    return _drawable(run.manifest.get(field) or "")
+
+
+def _drawable(name: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in name)[:_LONGEST_NAME]
 
 
 def plain(axes: Axes, x: str, y: str, title: str = "") -> None:

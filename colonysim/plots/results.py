@@ -14,7 +14,10 @@ from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from colonysim.scenario.groups import Group
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.reader import Run
+    from colonysim.trace.schema import EpisodeResult
 
 __all__ = ["results_figure", "running_interval"]
 
@@ -33,16 +36,19 @@ def running_interval(values: Sequence[float], window: int = WINDOW) -> list[tupl
     return found
 
 
-def results_figure(run: Run) -> Figure:
-    """Steps until all agents are at the goal, and the share that is there, by episode."""
-    numbers = [result.episode for result in run.episodes]
+def results_figure(run: Run, group: Group | None = None) -> Figure:
+    """Steps until all agents, or those of a group, are at the goal, and the share that is there, by episode."""
+    results: Sequence[EpisodeResult | GroupResult] = run.episodes
+    if group is not None:
+        results = [result for result in run.groups if result.group == group.name]
+    numbers = [result.episode for result in results]
     figure = Figure(figsize=(7.0, 5.2), layout="constrained")
-    figure.suptitle(title_of("Steps and success", run), fontsize=11, color=INK)
+    figure.suptitle(title_of("Steps and success", run, group), fontsize=11, color=INK)
     above, below = figure.subplots(2, 1, sharex=True)
     most = run.scenario.max_steps
     rows = (
-        (above, [float(result.steps) for result in run.episodes], "steps of the episode", BOX, float(most)),
-        (below, [result.success for result in run.episodes], "success (share of agents at the goal)", AGENT, 1.0),
+        (above, [float(result.steps) for result in results], "steps of the episode", BOX, float(most)),
+        (below, [result.success for result in results], "success (share of agents at the goal)", AGENT, 1.0),
     )
     for axes, values, label, color, top in rows:
         means, lows, highs = zip(*running_interval(values), strict=True)

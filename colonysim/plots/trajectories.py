@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from matplotlib.lines import Line2D
 
 from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK, Canvas, panels, title_of
-from colonysim.trace.replay import follow
+from colonysim.trace.replay import follow, places
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +33,7 @@ def trajectories_figure(run: Run, episodes: Sequence[int]) -> Figure:
     figure, axes = panels(canvas, len(episodes), title_of("Trajectories", run), legend=True)
     results = {result.episode: result for result in run.episodes}
     for axis, episode in zip(axes, episodes, strict=True):
-        _place(canvas, axis)
+        _place(canvas, axis, {place.goal for place in places(run.scenario, run.events(episode))})
         driven = _driven(run, episode)
         agents, boxes = driven or _node_to_node(run, canvas, episode)
         first_box = len(run.scenario.agents)
@@ -47,14 +47,14 @@ def trajectories_figure(run: Run, episodes: Sequence[int]) -> Figure:
     return figure
 
 
-def _place(canvas: Canvas, axes: Axes) -> None:
+def _place(canvas: Canvas, axes: Axes, goals: set[int]) -> None:
     scenario = canvas.scenario
     ids = scenario.topology.ids
     holes = [ids[hole.node] for hole in scenario.holes]
     canvas.edges(axes)
     canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white", edge="#9A9A9A")
     canvas.nodes(axes, holes, HOLE, shape="s")
-    canvas.nodes(axes, [ids[scenario.goal]], "none", shape="D", size=1.35, edge=GOAL)
+    canvas.nodes(axes, [ids[goal] for goal in sorted(goals)], "none", shape="D", size=1.35, edge=GOAL)
     canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
 
 

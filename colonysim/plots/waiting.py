@@ -15,6 +15,7 @@ from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, INK, QUIET, plain,
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
 
@@ -61,20 +62,27 @@ def spans(events: Iterable[Event]) -> list[Span]:
     return found
 
 
-def waiting_figure(run: Run, episode: int) -> Figure:
-    """Above, how many agents did what over the time of an episode; below, the share of waiting by episode."""
+def waiting_figure(run: Run, episode: int, group: Group | None = None) -> Figure:
+    """Above, how many agents did what over the time of an episode; below, the share of waiting by episode.
+
+    Args:
+        run: The run.
+        episode: The episode above.
+        group: The agents that count; None for all.
+    """
+    agents = range(len(run.scenario.agents)) if group is None else group.agents
     numbers = [result.episode for result in run.episodes]
     shares = {state: np.zeros(len(numbers)) for state in _WAITS}
     shown: list[Event] = []
     for number, events in groupby(run.events(), key=attrgetter("episode")):
-        own = list(events)
+        own = [event for event in events if event.agent in agents or event.kind == "episode"]
         if number == episode:
             shown = own
         if number in numbers:
             for state, share in _shares(own).items():
                 shares[state][numbers.index(number)] = share
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
-    figure.suptitle(title_of("Waiting and blocking", run), fontsize=11, color=INK)
+    figure.suptitle(title_of("Waiting and blocking", run, group), fontsize=11, color=INK)
     above, below = figure.subplots(2, 1)
     length = {result.episode: result.sim_seconds for result in run.episodes}
     times, counts = _counts(spans(shown), length[episode])
@@ -89,7 +97,7 @@ def waiting_figure(run: Run, episode: int) -> Figure:
     if wrong:
         above.plot(wrong, [0] * len(wrong), "|", color=BLOCKED, markersize=9, label="did not arrive", clip_on=False)
     plain(above, "simulated time [s]", "agents", f"episode {episode}")
-    above.set(xlim=(0, max(length[episode], 1e-9)), ylim=(0, len(run.scenario.agents)))
+    above.set(xlim=(0, max(length[episode], 1e-9)), ylim=(0, len(agents)))
     above.yaxis.set_major_locator(MaxNLocator(integer=True))
     above.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 

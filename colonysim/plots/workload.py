@@ -13,6 +13,7 @@ from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
 
 __all__ = ["gini", "workload_figure"]
@@ -34,9 +35,15 @@ def gini(values: Sequence[float]) -> float:
     return ranked / (count * whole)
 
 
-def workload_figure(run: Run) -> Figure:
-    """Left, the steps of each agent by what they were for; right, how evenly they are shared, by episode."""
-    agents, numbers = range(len(run.scenario.agents)), [result.episode for result in run.episodes]
+def workload_figure(run: Run, group: Group | None = None) -> Figure:
+    """Left, the steps of each agent by what they were for; right, how evenly they are shared, by episode.
+
+    Args:
+        run: The run.
+        group: The agents that count; None for all.
+    """
+    agents = range(len(run.scenario.agents)) if group is None else group.agents
+    numbers = [result.episode for result in run.episodes]
     steps: Counter[tuple[int, int, str]] = Counter(
         (event.episode, event.agent, event.action) for event in run.events() if event.kind == "end"
     )
@@ -44,7 +51,7 @@ def workload_figure(run: Run) -> Figure:
     for (_, agent, action), count in steps.items():
         totals[agent, action] += count
     figure = Figure(figsize=(8.4, 3.6), layout="constrained")
-    figure.suptitle(title_of("Workload", run), fontsize=11, color=INK)
+    figure.suptitle(title_of("Workload", run, group), fontsize=11, color=INK)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     bottom = [0.0] * len(agents)
     for action, label, color in _ACTIONS:
@@ -55,7 +62,7 @@ def workload_figure(run: Run) -> Figure:
     every = gini([sum(totals[agent, name] for name in names) for agent in agents])
     pushes = gini([totals[agent, "push"] for agent in agents])
     plain(left, "agent", "steps in an episode, mean", f"Gini coefficient: steps {every:.2f}, pushes {pushes:.2f}")
-    left.set_xlim(-0.7, len(agents) - 0.3)
+    left.set_xlim(agents.start - 0.7, agents.stop - 0.3)
     left.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     left.set_ylim(0, 1.25 * max(*bottom, 1.0))
     left.legend(fontsize=7, frameon=False, ncols=3, loc="upper right")

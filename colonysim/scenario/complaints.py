@@ -54,7 +54,6 @@ _ELSEWHERE = {
 
 _SECTIONS = {"groups": "GroupSection", "stops": "StopsSection"}
 _OF_GROUPS = {
-    "robot": "all robots of a scene are alike, `physics.robot` says what they are",
     "seed": "the seed belongs to the run; that of drawn start nodes stands in `agents`",
 }
 

@@ -74,7 +74,7 @@ def scenario_of(saved: Saved, path: Path, scenario: Scenario | str | Path | None
 
 
 def refuse_code_of_others(scenario: Scenario, way: str) -> None:
-    """Refuses a scenario out of a file that would have fields or a robot of others imported.
+    """Refuses a scenario out of a file that would have fields, groups' policies or robots of others imported.
 
     Args:
         scenario: The scenario.
@@ -83,12 +83,11 @@ def refuse_code_of_others(scenario: Scenario, way: str) -> None:
     Raises:
         PluginError: It would.
     """
-    extra = scenario.parameters.get("extra_fields") or ()
-    others = [name for name in extra if not known("fields", str(name))]
-    robot = scenario.physics.get("robot")
-    named = robot.get("preset") if isinstance(robot, dict) else robot
-    if isinstance(named, str) and not known("robots", named):
-        others.append(of_others(scenario) or named)
+    groups = scenario.parts_of_groups
+    extra = [*(scenario.parameters.get("extra_fields") or ()), *(name for _, own in groups for name in own)]
+    others = [str(name) for name in extra if not known("fields", str(name))]
+    others += [policy for policy, _ in groups if policy is not None and not known("policies", policy)]
+    others += of_others(scenario)
     if others:
         raise PluginError(f"names code of others, which no file imports by itself: {', '.join(others)}; give {way}")
 

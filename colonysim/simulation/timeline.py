@@ -138,7 +138,8 @@ class Timeline:
     def state(self) -> State:
         """When each change comes, if it does, and which of them wait for something else."""
         return {
-            "due": array("d", [alarm.due for alarm in self._alarms]),
+            # One that is not scheduled may still have the time that it had in another episode.
+            "due": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in self._alarms]),
             "orders": array("d", [alarm.order for alarm in self._alarms]),
             "waiting": [alarm.change.number for alarm in self.waiting],
         }

@@ -12,6 +12,7 @@ from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.suggest import nearest
+from colonysim.sweep.groups import read_by_group
 from colonysim.sweep.tables import read_tables, settings
 from colonysim.trace.manifest import is_run
 from colonysim.trace.reader import Run
@@ -53,23 +54,30 @@ class Difference:
 
 
 def compare(
-    paths: Sequence[str | Path], *, by: str | None = None, episodes: tuple[int, int] | None = None
+    paths: Sequence[str | Path],
+    *,
+    by: str | None = None,
+    episodes: tuple[int, int] | None = None,
+    by_group: bool = False,
 ) -> list[Difference]:
     """Compares runs and trials that differ in one column, paired by seed.
 
     Args:
         paths: Directories of runs and sweeps.
         by: The column whose values are compared, the first that comes being the reference: one of the settings,
-            `version` (runs only), or `source`, the directory. By default the only one that varies, or `source` where
-            that does not tell the directories apart.
+            `version` (runs only), `group` (groups of agents with each other), or `source`, the directory. By default
+            the only setting that varies, or `source` where that does not tell the directories apart.
         episodes: First and last episode that count; None for all.
+        by_group: Whether each group of agents is compared for itself: success and steps, for time is that of all.
 
     Raises:
-        ColonysimError: A path holds neither, there is no such column, or nothing can be compared.
+        ColonysimError: A path holds neither, or no groups where they are asked for; there is no such column, or nothing
+            can be compared.
     """
     if episodes is not None:
         episodes = as_span("episodes", episodes)
-    rows = [row for path in paths for row in _rows(Path(path), episodes)]
+    grouped = by_group or by == "group"
+    rows = [row for path in paths for row in _rows(Path(path), episodes, grouped)]
     if not rows:
         raise ColonysimError("nothing to compare: no run or trial has finished these episodes")
     names = list(dict.fromkeys(name for row in rows for name in row["about"]))
@@ -80,12 +88,10 @@ def compare(
     if len(groups) < 2:
         raise ColonysimError(f"{by} is {next(iter(groups))!r} everywhere: there is nothing to compare it with")
     # What is the same throughout a group belongs to what is compared; what varies within it has to be the same.
-    free = [
-        name
-        for name in names
-        if name not in (by, "source", "version")
-        and any(len({str(row["about"].get(name)) for row in group}) > 1 for group in groups.values())
-    ]
+    varying = {
+        name for rows in groups.values() for name in names if len({str(row["about"].get(name)) for row in rows}) > 1
+    }
+    free = [n for n in names if n not in (by, "source", "version") and (n in varying or n == "group")]
     reference, *others = groups
     found = []
     first = _by_place(groups[reference], free)
@@ -104,7 +110,8 @@ def _differences(
 ) -> list[Difference]:
     seeds = sorted(one.keys() & two.keys())
     found = []
-    for measure in MEASURES if seeds else ():
+    measures = [measure for measure in MEASURES if seeds and measure in one[seeds[0]]]
+    for measure in measures:
         pairs = [(one[seed][measure], two[seed][measure]) for seed in seeds]
         values = [second - first for first, second in pairs]
         means = fmean(first for first, _ in pairs), fmean(second for _, second in pairs)
@@ -131,7 +138,7 @@ def _column(rows: Sequence[dict[str, Any]], names: Sequence[str], by: str | None
         if by not in names:
             raise ColonysimError(f"no column {by!r} to compare by; {nearest(by, names)}")
         return by
-    varying = [n for n in names if n != "source" and len({str(row["about"].get(n)) for row in rows}) > 1]
+    varying = [n for n in names if n not in ("source", "group") and len({str(row["about"].get(n)) for row in rows}) > 1]
     several = len({row["about"]["source"] for row in rows}) > 1
     if len(varying) == 1 and not (several and _twice(rows)):
         return varying[0]
@@ -146,28 +153,44 @@ def _twice(rows: Sequence[dict[str, Any]]) -> bool:
     return len(set(keys)) < len(keys)
 
 
-def _rows(path: Path, episodes: tuple[int, int] | None) -> list[dict[str, Any]]:
-    """For each run its columns ("about"), its seed and the means of the measures."""
+def _rows(path: Path, episodes: tuple[int, int] | None, grouped: bool) -> list[dict[str, Any]]:
+    """For each run, or each group of its agents, its columns ("about"), its seed and the means of the measures."""
     first, last = episodes or (1, 10**9)
-    if is_run(path):
-        run = Run.open(path)
-        played: dict[str, list[Any]] = {"": [e._asdict() for e in run.episodes]}
-        described = [("", _about(run.manifest), int(run.manifest["seed"]))]
-    else:
-        trials, episodes_of = read_tables(path)
-        names = settings(trials)
-        done = [row for row in trials.to_pylist() if row["status"] == "succeeded"]
-        described = [(row["trial"], {name: row[name] for name in names}, int(row["seed"])) for row in done]
-        played = {}
-        for episode in episodes_of.to_pylist():
-            played.setdefault(episode["trial"], []).append(episode)
     rows = []
-    for trial, about, seed in described:
-        counted = [episode for episode in played.get(trial, ()) if first <= episode["episode"] <= last]
+    for about, seed, played in (_of_run if is_run(path) else _of_sweep)(path, grouped):
+        counted = [episode for episode in played if first <= episode["episode"] <= last]
         if counted:
-            means = {measure: fmean(float(episode[measure]) for episode in counted) for measure in MEASURES}
+            there = [measure for measure in MEASURES if measure in counted[0]]
+            means = {measure: fmean(float(episode[measure]) for episode in counted) for measure in there}
             rows.append({"about": {"source": str(path), **about}, "seed": seed, **means})
     return rows
+
+
+_Played = list[tuple[dict[str, Any], int, list[dict[str, Any]]]]
+"""Columns, seed and episodes of each run or trial, or of each group in it."""
+
+
+def _of_run(path: Path, grouped: bool) -> _Played:
+    run = Run.open(path)
+    about, seed = _about(run.manifest), int(run.manifest["seed"])
+    if not grouped:
+        return [(about, seed, [episode._asdict() for episode in run.episodes])]
+    found: dict[str, list[dict[str, Any]]] = {}
+    for result in run.groups:
+        found.setdefault(result.group, []).append(result._asdict())
+    if run.manifest.get("scenario") is None or not run.scenario.groups:
+        raise ColonysimError(f"{path}: its scenario has no groups of agents")
+    return [({**about, "group": name}, seed, episodes) for name, episodes in found.items()]
+
+
+def _of_sweep(path: Path, grouped: bool) -> _Played:
+    trials, episodes_of = read_by_group(path) if grouped else read_tables(path)
+    names = settings(trials)
+    played: dict[str, list[dict[str, Any]]] = {}
+    for episode in episodes_of.to_pylist():
+        played.setdefault(episode["trial"], []).append(episode)
+    done = [row for row in trials.to_pylist() if row["status"] == "succeeded"]
+    return [({name: row[name] for name in names}, int(row["seed"]), played.get(row["trial"], [])) for row in done]
 
 
 def _about(manifest: Mapping[str, Any]) -> dict[str, Any]:
