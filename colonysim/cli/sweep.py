@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
-
-if TYPE_CHECKING:
-    from colonysim.sweep.workers import Outcome
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -46,22 +43,13 @@ def command(
     are kept, the rest goes on. A trial that fails is a row with its traceback, and does not stop the others.
     """
     from colonysim.cli.console import print_result
-    from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.sweep import run_sweep
 
-    with Bar("sweep", 1.0, quiet) as bar:
-
-        def watch(outcome: Outcome, done: int, total: int) -> None:
-            bar.move(done, total)
-            if outcome.status == "failed":
-                about = ", ".join(f"{k} {v}" for k, v in outcome.trial.described().items() if v is not None)
-                bar.line(f"failed: {about}: {outcome.error.strip().splitlines()[-1]}")
-
-        with told_when_stopped(lambda: go_on(out)):
-            planned, store = run_sweep(
-                file, out, workers=workers, engine=engine, retry_failed=retry == "failed", on_outcome=watch
-            )
+    with told_when_stopped(lambda: go_on(out)):
+        planned, store = run_sweep(
+            file, out, workers=workers, engine=engine, retry_failed=retry == "failed", progress=not quiet
+        )
     failed = sum(store.entries[trial.identity]["status"] == "failed" for trial in planned.trials)
     print_result(f"{len(planned.trials) - failed} trials succeeded, {failed} failed: {out}")
     if failed:

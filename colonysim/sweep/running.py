@@ -13,6 +13,7 @@ from colonysim.arguments import whole
 from colonysim.errors import ColonysimError, ColonysimWarning
 from colonysim.files import replacing
 from colonysim.processes import refuse_unguarded
+from colonysim.progress import Bar, shows
 from colonysim.suggest import nearest
 from colonysim.sweep.plan import load_sweep
 from colonysim.sweep.store import Store
@@ -40,6 +41,7 @@ def run_sweep(
     engine: Engine = "local",
     retry_failed: bool = False,
     on_outcome: Callable[[Outcome, int, int], None] | None = None,
+    progress: bool | None = None,
 ) -> tuple[Sweep, Store]:
     """Runs the trials of a sweep file that `out` does not hold yet.
 
@@ -54,6 +56,7 @@ def run_sweep(
         engine: "local", or "ray" for the Ray cluster that `RAY_ADDRESS` names, or one on this machine.
         retry_failed: Whether trials that have failed are run again too.
         on_outcome: Called when a trial begins and when it ends, with how many are done and how many there are.
+        progress: Whether to show how far the sweep has come, as for `colonysim.run`. None: in a notebook only.
 
     Returns:
         The sweep as the file has it now, and the store with the last entry of each trial.
@@ -62,11 +65,21 @@ def run_sweep(
         ColonysimError: The file is wrong, the directory cannot be used, or the script lacks its guard.
     """
     refuse_unguarded()
+    shown = shows(progress)
     planned = load_sweep(file)
     _engine(engine, workers)  # what is wrong with them is found before a directory is made
-    with Store(out, write=True) as store:
+    with Store(out, write=True) as store, Bar("sweep", 1.0, quiet=not shown) as bar:
+
+        def told(outcome: Outcome, done: int, total: int) -> None:
+            bar.move(done, total)
+            if outcome.status == "failed":
+                about = ", ".join(f"{k} {v}" for k, v in outcome.trial.described().items() if v is not None)
+                bar.line(f"failed: {about}: {outcome.error.strip().splitlines()[-1]}")
+            if on_outcome is not None:
+                on_outcome(outcome, done, total)
+
         run_planned(
-            planned, store, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=on_outcome,
+            planned, store, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=told,
             copy_of=Path(file),
         )  # fmt: skip
         asked = {trial.identity for trial in planned.trials}
