@@ -60,6 +60,10 @@ bench:
     {{bin}}/python benchmarks/cli_start.py
     {{bin}}/python benchmarks/trace_overhead.py
 
+# Executes docs/notebooks and stores their outputs
+notebooks *names:
+    {{bin}}/python tests/notebooks/executing.py {{names}}
+
 # The paper's hardest map in physics
 hard:
     {{bin}}/colonysim run scenarios/hard.yaml --backend physics
