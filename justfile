@@ -68,6 +68,10 @@ docs *args:
 gallery *args:
     {{bin}}/python docs/gallery/make.py {{args}}
 
+# Executes docs/notebooks and stores their outputs
+notebooks *names:
+    {{bin}}/python tests/notebooks/executing.py {{names}}
+
 # The paper's hardest map in physics
 hard:
     {{bin}}/colonysim run scenarios/hard.yaml --backend physics

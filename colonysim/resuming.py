@@ -11,6 +11,7 @@ from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import remove_file
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
+from colonysim.progress import following, shows
 from colonysim.provenance import files_of, other_file
 from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
 from colonysim.simulation import Colony
@@ -44,6 +45,7 @@ def resume(
     on_begin: Callable[[Colony], None] | None = None,
     tap: Tap | None = None,
     checkpoint_every: float | None = None,
+    progress: bool | None = None,
 ) -> Run:
     """Goes on with a recorded run that was killed, stopped or has failed, from its last checkpoint.
 
@@ -60,6 +62,7 @@ def resume(
         on_begin: As for `run`; a run with measurements needs them again.
         tap: As for `run`; is told the rows that are still to come.
         checkpoint_every: Seconds of wall clock from one checkpoint to the next; by default as before.
+        progress: As for `run`.
 
     Returns:
         The run, finished; one that was finished before is left as it is.
@@ -69,6 +72,7 @@ def resume(
             it, or it needs code of others that is not given.
     """
     refuse_rerun()
+    shown = shows(progress)
     directory = Path(path).absolute()
     if checkpoint_every is not None:
         checkpoint_every = real("checkpoint_every", checkpoint_every, SHORTEST, LONGEST)
@@ -115,10 +119,11 @@ def resume(
         writer = TraceWriter(directory, manifest, drop=dropped_in(manifest), tap=tap)
         run = Run(directory, manifest, writer.results, scenario)
         try:
-            play(
-                made, writer, run, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
-                checkpoint_every=checkpoint_every,
-            )  # fmt: skip
+            with following(run, shown, on_event) as on_event:
+                play(
+                    made, writer, run, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
+                    checkpoint_every=checkpoint_every,
+                )  # fmt: skip
         except BaseException:
             if untouched:  # nothing has happened to it: it is as it was
                 write_manifest(directory, before)

@@ -9,9 +9,9 @@ import typer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
     from colonysim.cli.watch import Watch
+    from colonysim.progress import RunBar
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.kept import Kept
     from colonysim.trace.reader import Run
@@ -305,7 +305,7 @@ def _slowed(shown: Callable[[Event, Run], None], pace: float) -> Callable[[Event
     return slow
 
 
-def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: bool) -> _Progress | Watch:
+def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: bool) -> RunBar | Watch:
     """What is seen of the run while it goes on."""
     from colonysim.errors import ColonysimError
 
@@ -321,9 +321,13 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
     return Watch(scenario, episodes)
 
 
-def shown_progress(scenario: Scenario, backend: str, episodes: int, quiet: bool) -> _Progress:
+def shown_progress(scenario: Scenario, backend: str, episodes: int, quiet: bool) -> RunBar:
     """A bar and a line for each episode."""
-    return _Progress(f"{scenario.name} on {_called(scenario, backend)}", episodes, scenario.max_steps, quiet)
+    from colonysim.cli.summary import episode_line
+    from colonysim.progress import RunBar
+
+    title = f"{scenario.name} on {_called(scenario, backend)}"
+    return RunBar(title, episodes, scenario.max_steps, quiet, episode_line)
 
 
 def _called(scenario: Scenario, backend: str) -> str:
@@ -333,38 +337,6 @@ def _called(scenario: Scenario, backend: str) -> str:
     from colonysim.physics import default_engine
 
     return str(scenario.physics.get("engine") or default_engine())
-
-
-class _Progress:
-    """Turns events into progress: a line per episode, and how far the current one has come."""
-
-    def __init__(self, title: str, episodes: int, max_steps: int, quiet: bool) -> None:
-        from colonysim.cli.progress import Bar
-
-        self._bar = Bar(title, episodes, quiet)
-        self._expected = max_steps
-        self._step = 0
-
-    def __enter__(self) -> _Progress:
-        self._bar.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._bar.__exit__(kind, error, trace)
-
-    def __call__(self, event: Event, run: Run) -> None:
-        from colonysim.cli.summary import episode_line
-
-        done = len(run.episodes)
-        if event.kind == "episode":
-            result = run.episodes[-1]
-            self._expected, self._step = max(result.steps, 1), 0
-            self._bar.line(episode_line(result))
-        else:
-            self._step = max(self._step, event.step)
-        self._bar.move(done + min(self._step / self._expected, 0.95))
 
 
 def _backend_options(

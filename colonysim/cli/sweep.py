@@ -9,7 +9,6 @@ import typer
 
 if TYPE_CHECKING:
     from colonysim.sweep import Store, Sweep
-    from colonysim.sweep.workers import Outcome
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -57,7 +56,6 @@ def command(
     With `--shard` each of N commands, on as many machines, runs an N-th of the trials in a directory of its
     own below DIR, and goes on there when it is given again; `--merge` then writes the tables of all of them.
     """
-    from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.sweep import run_sweep
@@ -69,18 +67,10 @@ def command(
             raise ColonysimError("--merge runs nothing: leave out --shard, --workers, --retry and --engine")
         _merge(file, out, partial)
         return
-    with Bar("sweep", 1.0, quiet) as bar:
-
-        def watch(outcome: Outcome, done: int, total: int) -> None:
-            bar.move(done, total)
-            if outcome.status == "failed":
-                bar.line(f"failed: {outcome.trial.in_words()}: {outcome.error.strip().splitlines()[-1]}")
-
-        with told_when_stopped(lambda: go_on(out)):
-            planned, store = run_sweep(
-                file, out, workers=workers, engine=engine, retry_failed=retry == "failed", shard=shard,
-                on_outcome=watch,
-            )  # fmt: skip
+    with told_when_stopped(lambda: go_on(out)):
+        planned, store = run_sweep(
+            file, out, workers=workers, engine=engine, retry_failed=retry == "failed", shard=shard, progress=not quiet
+        )
     _tell(planned, store)
 
 

@@ -16,13 +16,15 @@ from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from contextlib import AbstractContextManager
 
     from matplotlib.figure import Figure
 
+    from colonysim.plots.shown import Figures
     from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
 
-__all__ = ["KINDS", "OF_AGENTS", "PUSH_KINDS", "draw", "draw_training", "is_training", "save"]
+__all__ = ["KINDS", "OF_AGENTS", "PUSH_KINDS", "draw", "draw_training", "figures", "is_training", "save"]
 
 FIELDS = ("D", "E", "H", "B")
 """The paper's pheromone fields."""
@@ -83,33 +85,86 @@ def draw(
     """
     _need_matplotlib()
     dpi = real("dpi", dpi, *_DPI)
-    what = None if what is None else _words(what)
-    if episodes is not None:
-        episodes = wholes("episodes", episodes)
-    if "evaluation" in run.manifest:
-        if hole is not None or box is not None or by_group:
-            raise ColonysimError("a run of single pushes has neither hole, box nor group to choose: it is no colony's")
-        jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
-    else:
-        if episodes is not None and what is not None and set(what) <= set(_WHOLE):
-            raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
-        run.check_places("events", "frames", "poses")
-        jobs = _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None, by_group)
+    jobs = _asked(run, what, episodes, hole, box, by_group)
     if out is None:
-        if run.path is None:
-            raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
+        assert run.path is not None  # or there would be nothing to draw it from
         out = run.path / "plots"
-    import matplotlib
 
     images = []
-    # A name with two dollar signs is a name, no formula.
-    with matplotlib.rc_context({"text.parse_math": False}):
+    with _as_words():
         for name, make in jobs:
             path = Path(out) / f"{name}.{kind}"
             run.check_apart(path)
             save(make(), path, kind, dpi)
             images.append(path)
     return images
+
+
+def figures(
+    run: Run,
+    what: str | Sequence[str] | None = None,
+    *,
+    episodes: int | Sequence[int] | None = None,
+    hole: int | None = None,
+    box: int | None = None,
+    by_group: bool = False,
+) -> Figures:
+    """The same figures, not written anywhere.
+
+    Args:
+        run: The run.
+        what: As for `draw`.
+        episodes: As for `draw`; a number stands for the one episode.
+        hole: As for `draw`.
+        box: As for `draw`.
+        by_group: As for `draw`.
+
+    Returns:
+        matplotlib figures, whose labels say what they show; a notebook shows them one below the other.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ColonysimError: The run has no such episode, hole, box or field.
+    """
+    _need_matplotlib()
+    from colonysim.plots.shown import Figures
+
+    jobs = _asked(run, what, [episodes] if isinstance(episodes, int) else episodes, hole, box, by_group)
+    made = []
+    with _as_words():
+        for name, make in jobs:
+            figure = make()
+            figure.set_label(name)
+            made.append(figure)
+    return Figures(made)
+
+
+def _asked(
+    run: Run, what: Sequence[str] | None, episodes: Sequence[int] | None, hole: int | None, box: int | None,
+    by_group: bool,
+) -> list[tuple[str, Callable[[], Figure]]]:
+    """File name and drawing function of each image that is asked for."""
+    what = None if what is None else _words(what)
+    if episodes is not None:
+        episodes = wholes("episodes", episodes)
+    if run.path is None:
+        raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
+    if "evaluation" in run.manifest:
+        if hole is not None or box is not None or by_group:
+            raise ColonysimError("a run of single pushes has neither hole, box nor group to choose: it is no colony's")
+        return _push_jobs(run, PUSH_KINDS if what is None else what, episodes)
+    if episodes is not None and what is not None and set(what) <= set(_WHOLE):
+        raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
+    run.check_places("events", "frames", "poses")
+    return _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None, by_group)
+
+
+def _as_words() -> AbstractContextManager[None]:
+    """Within this a name with two dollar signs is a name, no formula."""
+    import matplotlib
+
+    found: AbstractContextManager[None] = matplotlib.rc_context({"text.parse_math": False})
+    return found
 
 
 def _words(what: Sequence[str]) -> tuple[str, ...]:
@@ -146,15 +201,13 @@ def draw_training(
         ColonysimError: There is nothing to draw, or the image cannot be written.
     """
     _need_matplotlib()
-    import matplotlib
-
     from colonysim.plots.calibration import calibration_figure
     from colonysim.plots.learning import learning_figure
 
     folder = Path(folder)
     name, make = ("calibration", calibration_figure) if _is_fit(folder) else ("learning", learning_figure)
     path = (folder / "plots" if out is None else Path(out)) / f"{name}.{kind}"
-    with matplotlib.rc_context({"text.parse_math": False}):
+    with _as_words():
         save(make(folder), path, kind)
     return [path]
 

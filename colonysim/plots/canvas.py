@@ -10,6 +10,8 @@ import networkx as nx
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from colonysim.scenario.picture import AGENT, BOX, GOAL, HOLE
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
@@ -25,8 +27,7 @@ __all__ = [
     "named_in", "panels", "plain", "title_of",
 ]  # fmt: skip
 
-# From the Okabe-Ito palette, told apart with any colour vision; agents pink, boxes blue as in the paper.
-AGENT, BOX, GOAL, HOLE, BLOCKED = "#CC79A7", "#0072B2", "#009E73", "#3A3A3A", "#D00000"
+BLOCKED = "#D00000"
 # The pink is too light for letters.
 AGENT_INK = "#9C3F78"
 INK, QUIET = "#222222", "#BDBDBD"

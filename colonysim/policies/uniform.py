@@ -39,6 +39,9 @@ class Uniform:
             first = next(iter(scenario.parameters))
             raise scenario.fault(f"policy.{first}", f"no such parameter; the policy {self.name!r} has none")
 
+    def __repr__(self) -> str:
+        return f"<policy {self.name}>"
+
     def fields(self, world: World) -> Mapping[str, Field]:
         """None: it leaves and reads no marks."""
         return {}

@@ -189,6 +189,9 @@ class LocalView:
         self.outcome = ""
         self.look()
 
+    def __repr__(self) -> str:
+        return f"<view of agent {self.agent} from node index {self.node}>"
+
     def _window(self, name: str) -> FieldWindow:
         absent: Any = _Absent(name)
         return FieldWindow(self, self._fields.get(name, absent))

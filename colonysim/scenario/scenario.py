@@ -177,6 +177,12 @@ class Scenario:
             f" {len(self.agents)} agents, {self.digest[:12] or 'no digest'}>"
         )
 
+    def _repr_html_(self) -> str:
+        """A notebook's picture: the map as an episode begins."""
+        from colonysim.scenario.picture import picture
+
+        return picture(self)
+
     def fault(self, path: str, message: str) -> ScenarioError:
         """An error that says where in the file `path` stands, or what stands nearest above it."""
         if path.partition(".")[0] == "policy":

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from colonysim.arguments import whole
 from colonysim.errors import ColonysimError, ColonysimWarning
 from colonysim.processes import refuse_unguarded
+from colonysim.progress import Bar, shows
 from colonysim.suggest import nearest
 from colonysim.sweep.plan import load_sweep
 from colonysim.sweep.shards import Shard, as_shard, begin_shard, refuse_unmerged, shards_of
@@ -41,6 +42,7 @@ def run_sweep(
     retry_failed: bool = False,
     shard: str | tuple[int, int] | None = None,
     on_outcome: Callable[[Outcome, int, int], None] | None = None,
+    progress: bool | None = None,
 ) -> tuple[Sweep, Store]:
     """Runs the trials of a sweep file that `out` does not hold yet.
 
@@ -57,6 +59,7 @@ def run_sweep(
         shard: Run one part of the trials only, "2/8" or (2, 8) for the second of eight, in a directory of its own
             below `out`: the parts may run at the same time on machines that share `out`, and `merge_shards` joins them.
         on_outcome: Called when a trial begins and when it ends, with how many are done and how many there are.
+        progress: Whether to show how far the sweep has come, as for `colonysim.run`. None: in a notebook only.
 
     Returns:
         The sweep as the file has it now, of a shard its trials, and the store with the last entry of each trial.
@@ -65,6 +68,7 @@ def run_sweep(
         ColonysimError: The file is wrong, the directory cannot be used, or the script lacks its guard.
     """
     refuse_unguarded()
+    shown = shows(progress)
     planned = load_sweep(file)
     _engine(engine, workers)  # what is wrong with them is found before a directory is made
     part = None if shard is None else as_shard(shard)
@@ -72,13 +76,22 @@ def run_sweep(
         refuse_unmerged(out)
     else:
         shards_of(out, part)
-    with Store(out if part is None else part.directory(out), write=True) as store:
+    where = out if part is None else part.directory(out)
+    with Store(where, write=True) as store, Bar("sweep", 1.0, quiet=not shown) as bar:
+
+        def told(outcome: Outcome, done: int, total: int) -> None:
+            bar.move(done, total)
+            if outcome.status == "failed":
+                bar.line(f"failed: {outcome.trial.in_words()}: {outcome.error.strip().splitlines()[-1]}")
+            if on_outcome is not None:
+                on_outcome(outcome, done, total)
+
         mine = planned
         if part is not None:
             begin_shard(part, planned, out)
             mine = _part_of(planned, part, store, out, retry_failed)
         run_planned(
-            mine, store, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=on_outcome,
+            mine, store, workers=workers, engine=engine, retry_failed=retry_failed, on_outcome=told,
             copy_of=Path(file),
         )  # fmt: skip
         warn_of_others(planned, store, file)
