@@ -60,6 +60,18 @@ bench:
     {{bin}}/python benchmarks/cli_start.py
     {{bin}}/python benchmarks/trace_overhead.py
 
+# The documentation site, in site/; `just docs --serve` shows it and follows changes
+docs *args:
+    {{bin}}/python docs/build.py {{args}}
+
+# The pictures and replay pages of the gallery, anew
+gallery *args:
+    {{bin}}/python docs/gallery/make.py {{args}}
+
+# Executes docs/notebooks and stores their outputs
+notebooks *names:
+    {{bin}}/python tests/notebooks/executing.py {{names}}
+
 # The paper's hardest map in physics
 hard:
     {{bin}}/colonysim run scenarios/hard.yaml --backend physics

@@ -25,11 +25,12 @@ if TYPE_CHECKING:
         ScenarioError,
         TraceError,
     )
+    from colonysim.policies.schema import scenario_schema
     from colonysim.recording import run
     from colonysim.resuming import resume
+    from colonysim.scenario.imports import import_map
     from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
     from colonysim.scenario.scenario import Scenario
-    from colonysim.scenario.schema import scenario_schema
     from colonysim.simulation import Colony, simulate
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult, Event
@@ -48,6 +49,7 @@ __all__ = [
     "ScenarioError",
     "TraceError",
     "__version__",
+    "import_map",
     "list_scenarios",
     "load_scenario",
     "resume",
@@ -68,12 +70,13 @@ _PLACES = {
     "Scenario": "scenario.scenario",
     "ScenarioError": "errors",
     "TraceError": "errors",
+    "import_map": "scenario.imports",
     "list_scenarios": "scenario.loading",
     "load_scenario": "scenario.loading",
     "resume": "resuming",
     "run": "recording",
     "scenario_from_document": "scenario.loading",
-    "scenario_schema": "scenario.schema",
+    "scenario_schema": "policies.schema",
     "simulate": "simulation",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -10,11 +11,12 @@ import stat
 import sys
 import tempfile
 import threading
+import warnings
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn
 
-from colonysim.errors import ColonysimError
+from colonysim.errors import ColonysimError, ColonysimWarning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,6 +32,8 @@ MAX_BYTES = 512 * 2**20
 """Largest file that is read, unless the reader of its kind says otherwise."""
 MAX_DEPTH = 64
 """Deepest nesting of JSON that is read."""
+_LOCKLESS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP)
+"""What systems say of a file system, such as one that is shared by many machines, that knows no locks."""
 
 
 @contextmanager
@@ -177,7 +181,9 @@ def _beside(path: Path) -> Path:
 
 
 @contextmanager
-def alone(directory: Path, what: str, error: type[ColonysimError] = ColonysimError) -> Iterator[None]:
+def alone(
+    directory: Path, what: str, error: type[ColonysimError] = ColonysimError, *, required: bool = True
+) -> Iterator[None]:
     """Holds a directory, so that one process at a time writes there; it is made if it is absent.
 
     The lock is the system's: it ends with the process that holds it, however that ends. Its file stays.
@@ -186,6 +192,7 @@ def alone(directory: Path, what: str, error: type[ColonysimError] = ColonysimErr
         directory: What is held.
         what: What the other process is doing, for the message: "runs this sweep".
         error: What to raise.
+        required: Whether a file system that knows no locks is an error; otherwise a warning.
 
     Raises:
         ColonysimError: Another process holds it, or it cannot be made.
@@ -201,7 +208,12 @@ def alone(directory: Path, what: str, error: type[ColonysimError] = ColonysimErr
         except BlockingIOError:
             raise error(f"{directory}: another process {what}") from None
         except OSError as reason:
-            raise error(f"{directory / LOCK}: cannot be locked: {reason.strerror or reason}") from reason
+            if required or reason.errno not in _LOCKLESS:
+                raise error(f"{directory / LOCK}: cannot be locked: {reason.strerror or reason}") from reason
+            warnings.warn(
+                f"{directory}: this file system knows no locks: see to it that no other process {what}",
+                ColonysimWarning, stacklevel=4,
+            )  # fmt: skip
         yield
     finally:
         os.close(file)

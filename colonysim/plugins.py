@@ -1,4 +1,4 @@
-"""Finding policies, fields, backends and robots by name, by entry point or as "package.module:Name"."""
+"""Finding policies, fields, backends, push executors and robots by name, by entry point or as "package.module:Name"."""
 
 from __future__ import annotations
 
@@ -47,8 +47,14 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "paper": "colonysim.policies.presets:Paper",
         "oracle": "colonysim.policies.presets:Oracle",
         "random": "colonysim.policies.uniform:Uniform",
+        "learned": "colonysim.rl.learned:Learned",
     },
     "fields": {},
+    "executors": {
+        "rl": "colonysim.push.executors:Rl",
+        "staged": "colonysim.push.executors:Staged",
+        "scripted": "colonysim.push.executors:Scripted",
+    },
     "robots": {"standard": "colonysim.physics.robot:STANDARD", "half": "colonysim.physics.robot:HALF"},
 }
 PHYSICS = ("physics", *PACKAGES)
@@ -69,7 +75,7 @@ def available(group: str) -> dict[str, str]:
     """Names and "module:Name" of everything in a group: our own and what is installed under `colonysim.<group>`.
 
     Args:
-        group: "backends", "policies", "fields" or "robots".
+        group: "backends", "policies", "fields", "executors" or "robots".
     """
     found = {point.name: point.value for point in entry_points(group=f"colonysim.{group}")}
     return {**found, **BUILT_IN[group]}
@@ -175,7 +181,7 @@ def lacking(group: str, part: object) -> str:
 
 
 def _kind(group: str) -> str:
-    return "policy" if group == "policies" else group[:-1]
+    return {"policies": "policy", "executors": "push executor"}.get(group, group[:-1])
 
 
 def _made(group: str, what: str, factory: Callable[..., Any], *arguments: Any) -> Any:

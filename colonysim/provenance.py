@@ -15,7 +15,7 @@ import sysconfig
 from functools import cache, partial
 from importlib.metadata import Distribution, PackageNotFoundError, distribution, packages_distributions
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from colonysim.engines import PACKAGES
 from colonysim.imports import imports_of
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from importlib.machinery import ModuleSpec
 
-__all__ = ["TAG", "Sources", "parts_of", "sources_of", "unknown_in"]
+__all__ = ["TAG", "Sources", "files_of", "other_file", "parts_of", "sources_of", "telling", "unknown_in"]
 
 TAG = "tag"
 """The name, among the fingerprints of a part, of what its user says of its version."""
@@ -34,7 +34,10 @@ UNKNOWN = "unknown"
 _STANDARD = tuple({sysconfig.get_path("stdlib"), sysconfig.get_path("platstdlib")})
 _INSTALLED = frozenset({"site-packages", "dist-packages"})
 """Folders with one of these names hold what was installed."""
+_OF_CARDS = (".npz", ".onnx")
+"""Files of models that have a JSON card beside them."""
 Sources = dict[str, dict[str, str]]
+Groups: TypeAlias = "Sequence[tuple[str | None, Mapping[str, Any]]]"
 
 
 def parts_of(
@@ -42,36 +45,78 @@ def parts_of(
     backend: Any,
     parameters: Mapping[str, Any],
     options: Mapping[str, Any] | None = None,
-    groups: Sequence[tuple[str | None, Sequence[str]]] = (),
+    groups: Groups = (),
 ) -> Sources:
     """What a run depends on besides colonysim and its scenario.
 
     Args:
         policy: Name of the policy, or what was handed over in its place.
         backend: The same of the backend.
-        parameters: The scenario's parameters of the policy; extra fields are named there.
-        options: The backend's options; one may be the path of a model.
-        groups: For each group of agents the policy that it names, or None, and the extra fields.
+        parameters: The scenario's parameters of the policy; extra fields are named there, and one may be the path of a
+            model.
+        options: The backend's options; one may be the path of a model, and `push` an executor of others.
+        groups: For each group of agents the policy that it names, or None, and its parameters.
 
     Returns:
-        For each third-party part, by its name, its `sources_of`; for each file among the options its content's hash;
-        for a backend of ours that wraps an engine, the engine. Empty if all is ours.
+        For each third-party part, by its name, its `sources_of`; `files_of` options and parameters; for a backend of
+        ours that wraps an engine, the engine. Empty if all is ours.
     """
-    fields = parameters.get("extra_fields") or ()
-    named = [("policies", policy), ("backends", backend)]
-    named += [("fields", name) for name in ([fields] if isinstance(fields, str) else fields)]
-    for own, extra in groups:
+    named = [("policies", policy), ("backends", backend), *_fields(parameters)]
+    for own, its in groups:
         named += [("policies", own)] if own is not None else []
-        named += [("fields", name) for name in extra]
+        named += _fields(its)
+    if isinstance(push := (options or {}).get("push"), str):
+        named.append(("executors", push))
     found: Sources = {}
     for group, part in named:
         name, sources = _named(group, part) if isinstance(part, str) else _handed_over(part)
         if sources:
             found[name] = sources
-    for option, value in sorted((options or {}).items()):
-        if isinstance(value, (str, Path)) and (files := _content_of(value)):
-            found[f"{option} {value}"] = files
-    return found
+    return found | files_of(parameters, options, groups)
+
+
+def files_of(parameters: Mapping[str, Any], options: Mapping[str, Any] | None = None, groups: Groups = ()) -> Sources:
+    """The files that parameters of policies and options of a backend name, such as models.
+
+    Args:
+        parameters: As for `parts_of`, as all others.
+        options: The same.
+        groups: The same.
+
+    Returns:
+        By "option path", or "policy.parameter path": for each file of that name its SHA-256.
+    """
+    told = [*sorted((options or {}).items())]
+    for its in (parameters, *(its for _, its in groups)):
+        told += [(f"policy.{name}", value) for name, value in sorted(its.items())]
+    paths = ((f"{name} {value}", value) for name, value in told if isinstance(value, (str, Path)))
+    return {name: files for name, value in paths if (files := _content_of(value))}
+
+
+def other_file(before: Mapping[str, Any], here: Sources) -> str:
+    """Which of the files that were read before is another one now, in words; "" if none is.
+
+    Args:
+        before: What `files_of` said then; further parts may be among it.
+        here: What it says now.
+    """
+    for name, files in here.items():
+        then = before.get(name, files)
+        for file, content in then.items() if isinstance(then, dict) else ():
+            if files.get(file) != content:
+                return f"{name.partition(' ')[2]}, whose file {file} is another one now (it was {content})"
+    return ""
+
+
+def telling(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a policy's parameters that can make a difference to `parts_of`: names of fields, and paths."""
+    return {name: value for name, value in parameters.items() if name == "extra_fields" or isinstance(value, str)}
+
+
+def _fields(parameters: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """The extra fields that parameters name."""
+    extra = parameters.get("extra_fields") or ()
+    return [("fields", name) for name in ([extra] if isinstance(extra, str) else extra)]
 
 
 def _named(group: str, name: str) -> tuple[str, dict[str, str]]:
@@ -101,9 +146,10 @@ def _content_of(path: str | Path) -> dict[str, str]:
     try:
         if not stem.is_file():
             return {}
-        ends = {stem.suffix, ".json", ".npz"} if stem.suffix in (".json", ".npz") else {stem.suffix}
+        ends = {stem.suffix, ".json", *_OF_CARDS} if stem.suffix in (".json", *_OF_CARDS) else {stem.suffix}
         files = [stem.with_suffix(end) for end in sorted(ends)]
-        return {file.name: _hash(file.read_bytes()) for file in files if file.is_file()}
+        found = {file.name: file.read_bytes() for file in files if file.is_file()}
+        return {name: f"sha256 {hashlib.sha256(content).hexdigest()}" for name, content in found.items()}
     except (OSError, ValueError):
         return {}
 

@@ -14,6 +14,7 @@ from colonysim.files import LOCK, alone, remove_file, shown_path
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
+from colonysim.progress import following, shows
 from colonysim.provenance import parts_of
 from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
@@ -67,6 +68,7 @@ def run(
     on_begin: Callable[[Colony], None] | None = None,
     tap: Tap | None = None,
     checkpoint_every: float | None = None,
+    progress: bool | None = None,
 ) -> Run:
     """Runs a colony and records it.
 
@@ -101,6 +103,8 @@ def run(
         tap: Is told the rows of all tables while they come.
         checkpoint_every: Seconds of wall clock after which the colony is saved in the run directory, again and again:
             should the process be killed, `colonysim.resume` goes on from there. None for never.
+        progress: Whether to show how far the run has come, once it takes more than two seconds: a bar in a notebook
+            and on a terminal, else a line now and then on standard error. None: in a notebook only.
 
     Returns:
         The run, finished.
@@ -133,6 +137,7 @@ def run(
         raise ColonysimError("record and decisions: both say what is kept; leave out decisions")
     if decisions is not None:
         warnings.warn("decisions= goes with colonysim 0.2; say record= instead", DeprecationWarning, stacklevel=2)
+    shown = shows(progress)
     scenario = with_robot(scenario)
     kept = record if record is None or isinstance(record, Kept) else asked_for(record)
     mode = mode_of(scenario, mode)
@@ -183,10 +188,11 @@ def run(
             writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
             groups: list[GroupResult] = []
             recorded = Run(directory, manifest, writer.results, scenario, groups)
-            play(
-                begun, writer, recorded, groups=groups, on_start=on_start, on_event=on_event, on_begin=on_begin,
-                tap=tap, checkpoint_every=checkpoint_every,
-            )  # fmt: skip
+            with following(recorded, shown, on_event) as on_event:
+                play(
+                    begun, writer, recorded, groups=groups, on_start=on_start, on_event=on_event, on_begin=on_begin,
+                    tap=tap, checkpoint_every=checkpoint_every,
+                )  # fmt: skip
     except Exception:
         if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):
             _take_back(directory, [directory, *made] if out is None else made)

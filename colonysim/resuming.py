@@ -11,10 +11,12 @@ from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import remove_file
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
+from colonysim.progress import following, shows
+from colonysim.provenance import files_of, other_file
 from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded
-from colonysim.simulation.origins import known, refuse_code_of_others
+from colonysim.simulation.origins import known, refuse_code_of_others, refuse_executor_of_others
 from colonysim.simulation.saving import read_saved
 from colonysim.trace.kept import dropped_in
 from colonysim.trace.manifest import now, read_manifest, versions, write_manifest
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from colonysim.simulation.saving import Saved
     from colonysim.trace.schema import Event, Tap
 
-__all__ = ["anew", "refuse_other_versions", "resume"]
+__all__ = ["anew", "refuse_other_models", "refuse_other_versions", "resume"]
 
 
 def resume(
@@ -43,6 +45,7 @@ def resume(
     on_begin: Callable[[Colony], None] | None = None,
     tap: Tap | None = None,
     checkpoint_every: float | None = None,
+    progress: bool | None = None,
 ) -> Run:
     """Goes on with a recorded run that was killed, stopped or has failed, from its last checkpoint.
 
@@ -59,6 +62,7 @@ def resume(
         on_begin: As for `run`; a run with measurements needs them again.
         tap: As for `run`; is told the rows that are still to come.
         checkpoint_every: Seconds of wall clock from one checkpoint to the next; by default as before.
+        progress: As for `run`.
 
     Returns:
         The run, finished; one that was finished before is left as it is.
@@ -68,6 +72,7 @@ def resume(
             it, or it needs code of others that is not given.
     """
     refuse_rerun()
+    shown = shows(progress)
     directory = Path(path).absolute()
     if checkpoint_every is not None:
         checkpoint_every = real("checkpoint_every", checkpoint_every, SHORTEST, LONGEST)
@@ -79,6 +84,7 @@ def resume(
         _check(manifest, directory)
         for left in directory.glob(".*.tmp"):  # by whoever was killed while writing it
             remove_file(left, TraceError)
+        refuse_other_models(manifest, Run(directory, manifest).scenario, directory)
         source = directory / CHECKPOINT
         saved = read_saved(source) if source.exists() else None
         if saved is not None:
@@ -113,10 +119,11 @@ def resume(
         writer = TraceWriter(directory, manifest, drop=dropped_in(manifest), tap=tap)
         run = Run(directory, manifest, writer.results, scenario)
         try:
-            play(
-                made, writer, run, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
-                checkpoint_every=checkpoint_every,
-            )  # fmt: skip
+            with following(run, shown, on_event) as on_event:
+                play(
+                    made, writer, run, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
+                    checkpoint_every=checkpoint_every,
+                )  # fmt: skip
         except BaseException:
             if untouched:  # nothing has happened to it: it is as it was
                 write_manifest(directory, before)
@@ -146,6 +153,17 @@ def refuse_other_versions(manifest: Mapping[str, Any], path: Path) -> None:
             raise TraceError(
                 f"{path}: recorded with {package} {before}, and here is {here[package]}: go on with that one"
             )
+
+
+def refuse_other_models(manifest: Mapping[str, Any], scenario: Scenario, path: Path) -> None:
+    """Refuses to go on with another network than before: a file of a model has changed.
+
+    Raises:
+        TraceError: One has.
+    """
+    here = files_of(scenario.parameters, manifest["options"].get("backend"), scenario.parts_of_groups)
+    if other := other_file(manifest.get("sources") or {}, here):
+        raise TraceError(f"{path}: recorded with {other}: go on with that one")
 
 
 def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
@@ -184,6 +202,7 @@ def anew(
     refuse_code_of_others(scenario, "them with a run of your own")
     options = dict(manifest["options"].get("backend") or {})
     if backend is None:
+        refuse_executor_of_others(options)
         backend = _named("backends", manifest["backend"])
         if manifest["backend"] in PACKAGES:
             options.pop("engine", None)

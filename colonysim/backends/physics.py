@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.action import Action, Actions
 from colonysim.backends.changes import ANYWHERE
+from colonysim.backends.executors import executor_called
 from colonysim.backends.protocol import Done, Finished, TraceRow
 from colonysim.backends.traffic import Traffic
 from colonysim.errors import ColonysimError, MissingExtraError
@@ -22,8 +23,8 @@ from colonysim.physics import (
     engine_facts,
     window_trouble,
 )
+from colonysim.plugins import locate
 from colonysim.push.driving import TRAVEL_SPEED, drive_to
-from colonysim.push.executors import EXECUTORS, make_executor
 from colonysim.push.feasibility import load_feasibility
 from colonysim.push.gated import chance_of_push
 from colonysim.push.paths import Surroundings, everything_else
@@ -64,15 +65,16 @@ _make = tuple.__new__
 
 
 class Physics:
-    """Drives robots as rigid bodies; a push is carried out by one of three executors.
+    """Drives robots as rigid bodies; a push is carried out by an executor.
 
     Args:
         push: "staged" (a script drives behind the box, the network does the rest), "rl" (the network from where
-            the feasibility classifier expects it to succeed) or "scripted" (no learning).
-        model: Another network than the shipped one: the path of its card.
+            the feasibility classifier expects it to succeed), "scripted" (no learning), or one of others: the name
+            under which it is installed, or "package.module:Name".
+        model: Another network than the shipped one: the path of its card, or an ONNX file.
         feasibility: What says whether a push is tried: "geometry" (the planner's yes or no), "forest" (the paper's
             classifier), or "way" (a calibrated chance, also of the pushes after the next). None is what suits the
-            executor: "way" for "staged", to which it was fitted, "forest" for "rl", "geometry" for "scripted".
+            executor: "way" for "staged", to which it was fitted, "forest" for "rl", "geometry" for all others.
         engine: "bullet" or "mujoco"; by default the first of them that is installed.
         gui: Whether to open the engine's window (Bullet only).
 
@@ -83,8 +85,8 @@ class Physics:
 
     Raises:
         MissingExtraError: The engine is not installed.
-        ColonysimError: There is no such executor, estimate or engine, the model cannot be used, or there is no display
-            for the window.
+        ColonysimError: There is no such executor (the nearest is named), estimate or engine, the model cannot be used,
+            or there is no display for the window.
     """
 
     tick: float | None
@@ -100,10 +102,8 @@ class Physics:
         engine: str | None = None,
         gui: bool = False,
     ) -> None:
-        chosen = [name for name in EXECUTORS if name == push]
-        if not chosen:
-            raise ColonysimError(f"no push executor {push!r}; {nearest(str(push), EXECUTORS)}")
-        self.push = chosen[0]
+        self.push = str(push)
+        locate("executors", self.push)
         self.tick = TICK_SECONDS
         self.edge_seconds = 1.0
         self.recording = True
@@ -118,11 +118,11 @@ class Physics:
         if gui:
             _check_window(engine)
         # The classifier was fitted to pushes of the executor `rl`: no other uses it unless asked to.
-        self.feasibility = feasibility or SUITED[self.push]
+        self.feasibility = feasibility or SUITED.get(self.push, "geometry")
         if self.feasibility not in FEASIBILITIES:
             raise ColonysimError(f"no feasibility {feasibility!r}; {nearest(str(self.feasibility), FEASIBILITIES)}")
         gate = load_feasibility() if self.push == "rl" else None
-        self._execute: Executor = make_executor(self.push, model=model, gate=gate)
+        self._execute: Executor = executor_called(self.push, model=model, gate=gate)
         self._forest = (gate or load_feasibility()) if self.feasibility == "forest" else None
         self._way_chance = load_way_chance() if self.feasibility == "way" else None
         self._scene: Scene | None = None
@@ -150,7 +150,7 @@ class Physics:
         self._metre, self.tick = robot.scale, TICK_SECONDS * robot.time_unit
         self._pose_ticks = max(1, round(POSE_SECONDS / self.tick))
         self._scene = Scene(
-            layout.terrain, layout.boxes, layout.robots, robot=robot, engine=self.engine.name, gui=self._gui
+            layout.terrain, layout.boxes, layout.robots, robot=layout.models, engine=self.engine.name, gui=self._gui
         )
         self._actions = Actions(self._scene)
         self._rows: list[TraceRow] = []

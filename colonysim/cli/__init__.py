@@ -16,8 +16,10 @@ from colonysim.cli import (
     evaluate,
     export,
     fork,
+    import_,
     new,
     plot,
+    policies,
     report,
     reproduce,
     results,
@@ -114,10 +116,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 for module in (
-    run, resume, scenarios, new, validate, backends, schema, view, video, plot, report, export, verify, sweep, results,
-    compare, fork, tune, reproduce, bench,
+    run, resume, scenarios, new, import_, validate, backends, policies, schema, view, video, plot, report, export,
+    verify, sweep, results, compare, fork, tune, reproduce, bench,
 ):  # fmt: skip
-    name = module.__name__.rpartition(".")[2]
+    name = module.__name__.rpartition(".")[2].rstrip("_")
     app.command(name, epilog=module.EXAMPLES)(module.command)
 app.add_typer(train.app, name="train")
 app.add_typer(evaluate.app, name="evaluate")

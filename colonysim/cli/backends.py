@@ -15,18 +15,18 @@ Examples:
 """
 
 
-_GROUPS = ("backends", "policies", "fields", "robots")
+_GROUPS = ("backends", "policies", "fields", "executors", "robots")
 
 
 def command(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
-    """List backends, policies, pheromone fields and robots, plugins included.
+    """List backends, policies, pheromone fields, push executors and robots, plugins included.
 
     Also says what keeps one from being used, and which versions of the rigid-body engines are installed.
 
     A plugin announces itself under the entry-point group colonysim.backends,
-    colonysim.policies, colonysim.fields or colonysim.robots; a field is carried along
-    by policy.extra_fields, a robot is chosen by physics.robot. The fields D, E, H and B
-    are there with every stigmergic policy.
+    colonysim.policies, colonysim.fields, colonysim.executors or colonysim.robots; a field
+    is carried along by policy.extra_fields, an executor is chosen by `run --push`, a robot
+    by physics.robot. The fields D, E, H and B are there with every stigmergic policy.
     """
     from colonysim.built import build
     from colonysim.cli.console import print_json, print_table

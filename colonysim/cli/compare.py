@@ -16,6 +16,8 @@ EXAMPLES = """\b
 Examples:
   colonysim compare results/presets --by policy --episodes 21-30
   colonysim compare results/before results/after
+  colonysim compare results/presets --by policy --by-group
+  colonysim compare results/presets --by group
   colonysim compare runs/hard-nodeworld-s0-1 runs/hard-bullet-s0-1
 """
 
@@ -25,13 +27,14 @@ def command(
     by: Annotated[
         list[str] | None,
         typer.Option(
-            help="What is compared: one setting, version, or source (the directory).",
+            help="What is compared: one setting, version, group (of agents), or source (the directory).",
             show_default="what varies, or the directories",
         ),
     ] = None,
     episodes: Annotated[
         str | None, typer.Option(metavar="FIRST-LAST", help="Only these episodes.", show_default="all")
     ] = None,
+    by_group: Annotated[bool, typer.Option("--by-group", help="Compare each group of agents for itself.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print both as JSON.")] = False,
 ) -> None:
     """Print the difference between policies, backends, versions or other settings, seed by seed.
@@ -39,6 +42,7 @@ def command(
     Runs and trials are paired that have the same seed, and the same settings but for what is compared. First comes
     what it makes over all pairs, and what that means; then each setting by itself. The interval is
     of 95 % over pairs (bootstrap from 8 on, Student's t for fewer); with one pair there is none.
+    `--by-group` compares success and steps group by group, `--by group` the groups with each other.
     """
     from colonysim.characters import printable
     from colonysim.cli.console import print_json, print_result, print_table
@@ -55,7 +59,7 @@ def command(
     for path in paths:
         if is_run(path):
             opened(path)  # tells of those that are not finished
-    found = compare(paths, by=by[0] if by else None, episodes=read_span(episodes))
+    found = compare(paths, by=by[0] if by else None, episodes=read_span(episodes), by_group=by_group)
     over_all = pooled(found)
     if as_json:
         print_json({"pooled": [_pooled(each) for each in over_all], "differences": [_as_json(each) for each in found]})

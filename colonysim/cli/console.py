@@ -14,30 +14,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from colonysim.characters import COMMANDS, visible
+from colonysim.progress import error_console, on_terminal, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rich.console import Console
-
 __all__ = ["error_console", "on_terminal", "print_json", "print_result", "print_table", "print_text", "say"]
-
-
-def error_console() -> Console:
-    """A console on standard error, for texts that have passed `visible`; it takes nothing in them for markup."""
-    from rich.console import Console
-
-    return Console(stderr=True, highlight=False, markup=False, emoji=False)
-
-
-def on_terminal() -> bool:
-    """Whether standard error can be drawn on: a terminal that moves its cursor, no file, no pipe."""
-    return sys.stderr.isatty() and not error_console().is_dumb_terminal
-
-
-def say(text: str) -> None:
-    """A line on standard error."""
-    typer.echo(visible(text), err=True)
 
 
 def print_result(text: str) -> None:

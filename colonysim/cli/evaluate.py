@@ -59,8 +59,8 @@ def push(
 
     from colonysim.cli.console import print_json, print_result, print_table
     from colonysim.cli.extras import need_engine
-    from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import told_when_stopped
+    from colonysim.progress import Bar
 
     used = need_engine(engine)
     from colonysim.errors import ColonysimError

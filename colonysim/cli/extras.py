@@ -9,6 +9,7 @@ import typer
 
 from colonysim.engines import EngineName
 from colonysim.errors import MissingExtraError
+from colonysim.installing import install_command
 
 __all__ = ["EngineOption", "need", "need_engine"]
 
@@ -25,7 +26,7 @@ def need(package: str, extra: str, purpose: str) -> None:
         MissingExtraError: It is not; the message holds the command that installs it.
     """
     if find_spec(package) is None:
-        raise MissingExtraError(f"{purpose} needs {package}, which is not installed: pip install 'colonysim[{extra}]'")
+        raise MissingExtraError(f"{purpose} needs {package}, which is not installed: {install_command(extra)}")
 
 
 def need_engine(asked: str | None) -> EngineName:

@@ -59,9 +59,9 @@ def command(
     """
     from colonysim.cli.console import print_result, say
     from colonysim.cli.numbers import read_numbers
-    from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.files import shown_path
+    from colonysim.progress import Bar
     from colonysim.sweep.futures import fork_run
     from colonysim.sweep.store import Store
 

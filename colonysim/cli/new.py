@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+
+from colonysim.cli.documents import OutOption
 
 __all__ = ["EXAMPLES", "command"]
 
@@ -33,27 +34,17 @@ def command(
     agents: Annotated[int, typer.Option(min=1, help="How many agents.")] = 4,
     crowded: Annotated[bool, typer.Option("--crowded", help="Start all agents in one corner.")] = False,
     seed: Annotated[int, typer.Option("--seed", "-s", min=0, help="Makes the world.")] = 0,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Where to write. [default: standard output]")
-    ] = None,
+    out: OutOption = None,
 ) -> None:
     """Write a scenario of a given kind and size that can be solved.
 
     The place itself is generated from the seed whenever the file is read, so that the file stays small.
     """
-    from colonysim.cli.console import print_text
-    from colonysim.errors import ColonysimError
-    from colonysim.files import replace_file
-    from colonysim.scenario.invent import invent, to_yaml
+    from colonysim.cli.documents import write_document
+    from colonysim.scenario.invent import invent
 
     document = invent(
         kind, columns=columns, rows=rows, size=size, holes=holes, spare=spare, depth=depth, agents=agents,
         crowded=crowded, seed=seed,
     )  # fmt: skip
-    text = to_yaml(document)
-    if out is None:
-        print_text(text)
-        return
-    if out.exists() or out.is_symlink():
-        raise ColonysimError(f"{out}: exists already; it is not overwritten")
-    replace_file(out, text)
+    write_document(document, out)

@@ -8,7 +8,7 @@ import typer
 
 from colonysim.errors import ColonysimError
 
-__all__ = ["read_duration", "read_numbers", "read_span"]
+__all__ = ["read_duration", "read_numbers", "read_row", "read_span"]
 
 
 def read_numbers(text: str) -> tuple[int, ...]:
@@ -53,3 +53,15 @@ def read_span(text: str | None) -> tuple[int, int] | None:
     if last < first:
         raise ColonysimError(f"--episodes {text[:40]}: expected a number, or two such as 11-20")
     return first, last
+
+
+def read_row(option: str, text: str, example: str) -> tuple[int, ...]:
+    """Reads whole numbers from 0 between commas, as many as an example has, such as "3,10".
+
+    Raises:
+        ColonysimError: There are more or fewer of them, or other things.
+    """
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != len(example.split(",")) or not all(re.fullmatch("[0-9]{1,9}", part) for part in parts):
+        raise ColonysimError(f"{option} {text[:40]}: expected {example}")
+    return tuple(int(part) for part in parts)

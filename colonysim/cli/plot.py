@@ -17,6 +17,7 @@ Examples:
   colonysim plot runs/hard-nodeworld-s0-1 --what H,B --hole 29 --box 3 --episodes 1,3,10 -f pdf
   colonysim plot results/beta --x policy.beta --by policy --y steps --style paper --width 86mm -f pdf
   colonysim plot runs/hard-nodeworld-s0-1 runs/hard-nodeworld-s1-1
+  colonysim plot runs/scouts-nodeworld-s0-1 --what episodes,waiting --by-group
   colonysim plot runs/pushes --what trajectories
   colonysim plot models/mine
 """
@@ -73,6 +74,9 @@ def command(
         str | None,
         typer.Option("--width", help="Of a figure for a paper, in in, cm, mm or pt (of TeX).", show_default="3.4in"),
     ] = None,
+    by_group: Annotated[
+        bool, typer.Option("--by-group", help="An image of episodes, waiting and workload for each group of agents.")
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -110,7 +114,10 @@ def command(
     if what is not None:
         wanted = tuple(dict.fromkeys(word.strip() for word in what.split(",") if word.strip()))
     path = paths[0]
-    of_run = [name for name, value in (("--hole", hole), ("--box", box)) if value is not None]
+    of_run = [
+        name for name, value in (("--hole", hole), ("--box", box), ("--by-group", by_group or None))
+        if value is not None
+    ]  # fmt: skip
     of_results = [name for name, value in (("--x", x), ("--by", by or None), ("--y", y)) if value is not None]
     if len(paths) > 1 or is_sweep(path):
         if of_run:
@@ -129,7 +136,8 @@ def command(
         chosen = None if episodes is None else read_numbers(episodes)
         run = opened(path) if what else opened(path, "frames", "poses")
         images = draw(
-            run, what=wanted, episodes=chosen, hole=hole, box=box, out=out, kind=kind, style=style, width=width
-        )
+            run, what=wanted, episodes=chosen, hole=hole, box=box, by_group=by_group, out=out, kind=kind, style=style,
+            width=width,
+        )  # fmt: skip
     for image in images:
         print_result(shown_path(image))

@@ -62,10 +62,10 @@ def command(
 
     from colonysim.cli.console import print_result, print_table, say
     from colonysim.cli.extras import need
-    from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.physics import default_engine
+    from colonysim.progress import Bar
     from colonysim.reproduce.judging import WORDS
     from colonysim.reproduce.making import STUDIES, reproduce
     from colonysim.reproduce.plans import FULL, QUICK

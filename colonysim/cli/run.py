@@ -9,9 +9,9 @@ import typer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
     from colonysim.cli.watch import Watch
+    from colonysim.progress import RunBar
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.kept import Kept
     from colonysim.trace.reader import Run
@@ -30,11 +30,14 @@ Examples:
   colonysim run hard --watch
   colonysim run hard --backend physics --live
   colonysim run hard --backend mujoco --push staged --out runs/physics
+  colonysim run hard --backend bullet --push rl --model models/mine/push.json
   colonysim run hard --backend physics --from runs/hard-nodeworld-s0-1 --episodes 3
 """
 
 _PACE = 5.0
 """Simulated seconds a second, unless --pace says otherwise."""
+_LONG = 5.0
+"""After so many seconds a run in plain Python says how it would be shorter."""
 _SCENARIO = "A scenario file, or the name of a scenario that comes with colonysim (`colonysim scenarios`)."
 
 
@@ -78,8 +81,20 @@ def command(
         typer.Option("--from", metavar="RUN", help="Start with the pheromones that this run ended with."),
     ] = None,
     push: Annotated[
-        Literal["rl", "staged", "scripted"] | None,
-        typer.Option(help="How robots push: learned, learned behind a scripted approach, or scripted (physics only)."),
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="How robots push: rl (learned), staged (learned behind a scripted approach), scripted, the name of "
+            "one that is installed, or package.module:Name (physics only).",
+        ),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="The network that pushes: the card that `colonysim train push` wrote, or an ONNX file (physics only). "
+            "[default: the one shipped]",
+        ),
     ] = None,
     feasibility: Annotated[
         Literal["geometry", "forest", "way"] | None,
@@ -161,7 +176,7 @@ def command(
     from colonysim.scenario.contradictions import refuse_contradictions
     from colonysim.scenario.loading import load_scenario
 
-    options = _backend_options(backend, push, feasibility, gui)
+    options = _backend_options(backend, push, model, feasibility, gui)
     if (port or no_open) and not live:
         raise ColonysimError(f"{'--port' if port else '--no-open'}: only with --live")
     slowed = backend == "nodeworld" and (watch or live)
@@ -212,6 +227,8 @@ def command(
             print_json(results(recorded))
         else:
             print_results(recorded)
+            if not quiet:
+                _hint_at_compiling(recorded)
         if page:
             page.end()
             if page.trouble:
@@ -219,6 +236,19 @@ def command(
                 raise SystemExit(1)
             if on_terminal():
                 _stay_until_interrupt(f"The run is over; its page stays at {page.address} until Ctrl-C.")
+
+
+def _hint_at_compiling(run: Run) -> None:
+    """Says after a long run in plain Python how it would be shorter."""
+    from colonysim.built import build
+    from colonysim.cli.console import say
+    from colonysim.installing import compile_command
+
+    if sum(episode.wall_seconds for episode in run.episodes) > _LONG and build().startswith("plain Python"):
+        say(
+            "This ran as plain Python. Compiled, the node world takes less than a tenth of the time and a physics"
+            f" engine two thirds; a minute, once, with a C compiler: {compile_command()}"
+        )
 
 
 def _kept(scenario: Scenario, episodes: int, record: str | None, no_decisions: bool) -> Kept:
@@ -275,7 +305,7 @@ def _slowed(shown: Callable[[Event, Run], None], pace: float) -> Callable[[Event
     return slow
 
 
-def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: bool) -> _Progress | Watch:
+def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: bool) -> RunBar | Watch:
     """What is seen of the run while it goes on."""
     from colonysim.errors import ColonysimError
 
@@ -291,9 +321,13 @@ def _shown(scenario: Scenario, backend: str, episodes: int, watch: bool, quiet: 
     return Watch(scenario, episodes)
 
 
-def shown_progress(scenario: Scenario, backend: str, episodes: int, quiet: bool) -> _Progress:
+def shown_progress(scenario: Scenario, backend: str, episodes: int, quiet: bool) -> RunBar:
     """A bar and a line for each episode."""
-    return _Progress(f"{scenario.name} on {_called(scenario, backend)}", episodes, scenario.max_steps, quiet)
+    from colonysim.cli.summary import episode_line
+    from colonysim.progress import RunBar
+
+    title = f"{scenario.name} on {_called(scenario, backend)}"
+    return RunBar(title, episodes, scenario.max_steps, quiet, episode_line)
 
 
 def _called(scenario: Scenario, backend: str) -> str:
@@ -305,45 +339,18 @@ def _called(scenario: Scenario, backend: str) -> str:
     return str(scenario.physics.get("engine") or default_engine())
 
 
-class _Progress:
-    """Turns events into progress: a line per episode, and how far the current one has come."""
-
-    def __init__(self, title: str, episodes: int, max_steps: int, quiet: bool) -> None:
-        from colonysim.cli.progress import Bar
-
-        self._bar = Bar(title, episodes, quiet)
-        self._expected = max_steps
-        self._step = 0
-
-    def __enter__(self) -> _Progress:
-        self._bar.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._bar.__exit__(kind, error, trace)
-
-    def __call__(self, event: Event, run: Run) -> None:
-        from colonysim.cli.summary import episode_line
-
-        done = len(run.episodes)
-        if event.kind == "episode":
-            result = run.episodes[-1]
-            self._expected, self._step = max(result.steps, 1), 0
-            self._bar.line(episode_line(result))
-        else:
-            self._step = max(self._step, event.step)
-        self._bar.move(done + min(self._step / self._expected, 0.95))
-
-
-def _backend_options(backend: str, push: str | None, feasibility: str | None, gui: bool) -> dict[str, Any]:
+def _backend_options(
+    backend: str, push: str | None, model: Path | None, feasibility: str | None, gui: bool
+) -> dict[str, Any]:
     from colonysim.engines import PACKAGES
     from colonysim.errors import ColonysimError
+    from colonysim.files import shown_path
 
     options: dict[str, Any] = {}
     if push is not None:
         options["push"] = push
+    if model is not None:
+        options["model"] = shown_path(model)
     if feasibility is not None:
         options["feasibility"] = feasibility
     if gui:

@@ -22,7 +22,8 @@ def command(
 ) -> None:
     """Print the scenario format as JSON Schema, or a run's tables.
 
-    With the schema an editor completes and checks scenarios as you type.
+    With the schema an editor completes, explains and checks scenarios as you type, the parameters of this
+    package's policies too; those of others are for the run to check.
     """
     from colonysim.cli.console import print_json
 
@@ -31,6 +32,6 @@ def command(
 
         print_json({"version": VERSION, "tables": TABLES})
     else:
-        from colonysim.scenario.schema import scenario_schema
+        from colonysim.policies.schema import scenario_schema
 
         print_json(scenario_schema())

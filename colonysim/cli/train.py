@@ -64,10 +64,10 @@ def push(
 
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_engine
-    from colonysim.cli.progress import Bar
     from colonysim.cli.settings import with_settings
     from colonysim.cli.stopping import told_when_stopped
     from colonysim.errors import ColonysimError
+    from colonysim.progress import Bar
     from colonysim.suggest import nearest
 
     used = need_engine(engine)
@@ -117,7 +117,7 @@ def feasibility(
     """
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_engine
-    from colonysim.cli.progress import Bar
+    from colonysim.progress import Bar
 
     used = need_engine(engine)
     need("sklearn", "train", "training")
@@ -146,7 +146,7 @@ def way(
     """
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_engine
-    from colonysim.cli.progress import Bar
+    from colonysim.progress import Bar
 
     used = need_engine(engine)
     need("sklearn", "train", "fitting")

@@ -50,9 +50,9 @@ def command(
     """
     from colonysim.cli.console import print_json, print_table
     from colonysim.cli.numbers import read_span
-    from colonysim.cli.progress import Bar
     from colonysim.cli.stopping import go_on, told_when_stopped
     from colonysim.errors import ColonysimError
+    from colonysim.progress import Bar
     from colonysim.sweep.tuning import tune
 
     with Bar("choices", 1.0, quiet) as bar:

@@ -62,7 +62,7 @@ def command(
 def _check(name: str, variant: str | None, settings: list[str], backend: str) -> None:
     from colonysim.characters import printable
     from colonysim.cli.console import print_result, say
-    from colonysim.geometry.robot_choice import of_others, robot_of
+    from colonysim.geometry.robot_choice import of_others, robot_of, robots_of
     from colonysim.physics import STANDARD
     from colonysim.plugins import BUILT_IN, PHYSICS, locate, refuse_other_engine
     from colonysim.scenario.groups import refuse_speeds
@@ -74,10 +74,9 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
     for one, scenario in one_only or load_variants(name, settings):
         loaded = [] if backend in BUILT_IN["backends"] else [f"backend {body}"]
         loaded += _check_policies(scenario)
-        robot = of_others(scenario)
-        model = robot_of(scenario) if robot is None else STANDARD
-        if robot is not None:
-            loaded.append(f"robot {robot}, whose numbers, and the room for it, are not checked here")
+        robots = of_others(scenario)
+        models = [STANDARD] if robots else [robot_of(scenario), *robots_of(scenario)]
+        loaded += [f"robot {robot}, whose numbers, and the room for it, are not checked here" for robot in robots]
         if backend in PHYSICS:
             from colonysim.backends.changes import refuse_changes
             from colonysim.backends.physics import Physics
@@ -86,14 +85,14 @@ def _check(name: str, variant: str | None, settings: list[str], backend: str) ->
             refuse_other_engine(scenario, None if backend == "physics" else backend)
             refuse_changes(scenario, backend, Physics.changes)
             refuse_speeds(scenario)
-            if robot is None:
+            if not robots:
                 lay_out(scenario)
         shown = printable(name, len(name))
         label = shown if one is None else f"{shown} (variant {one})"
         print_result(f"{label}: valid: {_outline(scenario)}")
         if loaded:
             print_result(f"{label}: a run imports {'; '.join(loaded)}")
-        for warning in _warnings(scenario, model):
+        for warning in _warnings(scenario, models[0]):
             say(f"Warning: {label}: {warning}")
 
 

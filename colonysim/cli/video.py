@@ -41,7 +41,7 @@ def command(
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need
     from colonysim.cli.opening import opened
-    from colonysim.cli.progress import Bar
+    from colonysim.progress import Bar
 
     for package in ("matplotlib", "PIL", "av"):
         need(package, "video", "a video")

@@ -46,7 +46,7 @@ def command(
     from colonysim.cli.console import print_result, say
     from colonysim.cli.numbers import read_numbers
     from colonysim.cli.opening import opened
-    from colonysim.cli.progress import Bar
+    from colonysim.progress import Bar
     from colonysim.view import write_page
 
     chosen = None if episodes is None else read_numbers(episodes)

@@ -32,7 +32,8 @@ class Drawing:
         pits: The pits.
         slabs: The boxes that ground, ramps and pits are made of.
         boxes: The boxes where they start; masses are left in units.
-        robot: The robot, in SI units.
+        robot: What robot all are whose group has none of its own, in SI units.
+        models: What robot each is, in SI units.
     """
 
     places: tuple[tuple[float, float], ...]
@@ -44,6 +45,7 @@ class Drawing:
     slabs: tuple[Slab, ...]
     boxes: tuple[BoxSpec, ...]
     robot: Robot
+    models: tuple[Robot, ...]
 
 
 def draw(scenario: Scenario) -> Drawing:
@@ -64,6 +66,7 @@ def draw(scenario: Scenario) -> Drawing:
         tuple(_slab(unit, slab) for slab in terrain.slabs()),
         tuple(_times(unit, box) for box in layout.boxes),
         layout.robot,
+        layout.models,
     )
 
 

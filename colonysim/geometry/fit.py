@@ -14,10 +14,13 @@ from colonysim.physics.scene import GROUND_FRICTION
 from colonysim.push.paths import BOX_CLEARANCE, PIT_CLEARANCE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from colonysim.geometry.plan import Plan
     from colonysim.physics import Robot
+    from colonysim.scenario.scenario import Scenario
 
-__all__ = ["BOX_LENGTHS", "check_fit", "narrow_nodes"]
+__all__ = ["BOX_LENGTHS", "check_fit", "narrow_nodes", "pushers"]
 
 BOX_LENGTHS = (0.7, 1.3)
 """Sides of boxes that a robot can push, in units of the robot: the network was trained with 1."""
@@ -34,13 +37,25 @@ LIGHTEST = 1.0
 _ROUNDING = 1e-9
 
 
-def check_fit(plan: Plan, robot: Robot) -> None:
-    """Whether robots of this size can push the boxes, and into the pits.
+def pushers(scenario: Scenario, models: Sequence[Robot]) -> list[Robot]:
+    """The robots, each once, of those agents that push.
+
+    Args:
+        scenario: The scenario.
+        models: What robot each agent is.
+    """
+    idle = {agent for group in scenario.groups if not group.pushes for agent in group.agents}
+    return [*dict.fromkeys(robot for agent, robot in enumerate(models) if agent not in idle)]
+
+
+def check_fit(plan: Plan, robots: Sequence[Robot]) -> None:
+    """Whether each of these robots, all of one scale, can push the boxes, and into the pits.
 
     Raises:
         Trouble: Something is too small or too large for them; it names the nodes.
     """
-    _check_boxes(plan, robot)
+    for robot in robots:
+        _check_boxes(plan, robot)
     _check_pits(plan)
 
 

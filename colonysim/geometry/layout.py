@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from colonysim.geometry.fit import check_fit
+from colonysim.geometry.fit import check_fit, pushers
 from colonysim.geometry.grounds import check_given, derived_terrain, given_terrain
 from colonysim.geometry.pits import heading, pits_for, pits_given, ways_to_holes
 from colonysim.geometry.plan import Plan
-from colonysim.geometry.robot_choice import robot_of
+from colonysim.geometry.robot_choice import robot_of, robots_of
 from colonysim.geometry.scale import (
     BOX_HEIGHT,
     BOX_LENGTH,
@@ -42,7 +42,8 @@ class Layout:
     """A scenario in units of its robot: metres and kilograms with the standard one, see `colonysim.physics.robot`.
 
     Attributes:
-        robot: What robot they are, in SI units.
+        robot: What robot all are whose group has none of its own, in SI units.
+        models: What robot each is, in SI units; all have the scale of `robot`.
         terrain: Ground, pits and ramps.
         places: x, y of each node.
         heights: Height of each node's ground; of a hole, of its rim.
@@ -55,6 +56,7 @@ class Layout:
     """
 
     robot: Robot
+    models: tuple[Robot, ...]
     terrain: Terrain
     places: tuple[tuple[float, float], ...]
     heights: tuple[float, ...]
@@ -80,12 +82,12 @@ def lay_out(scenario: Scenario) -> Layout:
     """
     robot = robot_of(scenario)
     try:
-        return _laid_out(scenario, robot)
+        return _laid_out(scenario, robot, robots_of(scenario))
     except Trouble as trouble:
         raise trouble.fault(scenario, robot.scale) from None
 
 
-def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
+def _laid_out(scenario: Scenario, robot: Robot, models: tuple[Robot, ...]) -> Layout:
     topology, physics = scenario.topology, in_units(scenario.physics, robot)
     scale = float(physics.get("xy_scale") or XY_SCALE)
     lowest = min((box.height for box in scenario.boxes), default=1.0)
@@ -118,7 +120,7 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
         scenario, scale, z_scale, tuple(heights), tuple(pits), pit_at, boxes,
         MARGIN if margin is None else float(margin), half_width,
     )  # fmt: skip
-    check_fit(plan, robot)
+    check_fit(plan, pushers(scenario, models))
     if given:
         _check_work(scenario, scale, len(terrain.grounds), len(terrain.ramps))
         check_given(plan, terrain)
@@ -130,6 +132,7 @@ def _laid_out(scenario: Scenario, robot: Robot) -> Layout:
         terrain, shelf = _with_shelf(terrain, len(scenario.boxes) + len(scenario.agents))
     return Layout(
         robot,
+        models,
         terrain,
         places,
         tuple(heights),

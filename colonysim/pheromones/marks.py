@@ -97,6 +97,9 @@ class Marks:
     name = ""
     by_box = False
 
+    def __repr__(self) -> str:
+        return f"<field {self.name}>"
+
     def __init__(self) -> None:
         self._wrote = 0
         self._places, self._keys, self._values = array("i", [0]), array("i", [0]), array("d", [0.0])

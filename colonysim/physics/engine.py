@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from colonysim.engines import PACKAGES, EngineName
+from colonysim.installing import install_command
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -209,10 +210,10 @@ def engine_trouble(name: str) -> str:
     running = f"{sys.version_info.major}.{sys.version_info.minor}"
     if name == "bullet" and sys.version_info >= _NO_BULLET:
         return (
-            f"the engine 'bullet' needs PyBullet, which has no wheel for Python {running}; 'mujoco' runs here: "
-            "pip install 'colonysim[mujoco]'"
+            f"the engine 'bullet' needs PyBullet, which has no wheel for Python {running}; 'mujoco' runs here:"
+            f" {install_command('mujoco')}"
         )
-    return f"the engine {name!r} needs {source.packages[0]}, which is not installed: pip install 'colonysim[{name}]'"
+    return f"the engine {name!r} needs {source.packages[0]}, which is not installed: {install_command(name)}"
 
 
 def window_trouble(name: str) -> str:

@@ -10,8 +10,8 @@ cpdef int ticks_to_close(double gap)
 
 
 cdef class Scene:
-    cdef readonly object terrain, model, _engine
-    cdef readonly tuple boxes, _present, _robots
+    cdef readonly object terrain, _engine
+    cdef readonly tuple boxes, models, _present, _robots
     cdef readonly Py_ssize_t ticks
     cdef readonly double time
     cdef readonly list _boxes, _tractions, _tilted

@@ -47,12 +47,21 @@ def _check(terrain: Terrain, boxes: Sequence[BoxSpec]) -> None:
             raise ValueError(f"box {i}: friction {box.friction}, expected 0 or more")
 
 
+def _each(robot: Robot | Sequence[Robot], count: int) -> tuple[Robot, ...]:
+    """What robot each robot is, in its own units."""
+    if isinstance(robot, Robot):
+        return (robot.in_units(),) * count
+    if len(robot) != count or len({each.scale for each in robot}) > 1:
+        raise ValueError(f"expected {count} robots of one scale: a scene counts in units of it")
+    return tuple(each.in_units() for each in robot)
+
+
 class Scene:
     """Rigid bodies in one engine.
 
-    A scene counts in units of its robot (`colonysim.physics.robot`): what it is given and what it answers are metres,
+    A scene counts in units of its robots (`colonysim.physics.robot`): what it is given and what it answers are metres,
     kilograms and seconds with the standard robot, and with another one so many times `scale` metres, `mass_unit`
-    kilograms and `time_unit` seconds.
+    kilograms and `time_unit` seconds. So its robots may differ in all but their scale.
 
     The same calls give the same poses bit for bit, also in another process with the same build of the same engine
     and processor family. Two engines give different poses.
@@ -61,7 +70,7 @@ class Scene:
         terrain: The fixed ground.
         boxes: Boxes to create, in the order of their indices.
         robots: Robots to create, in the order of their indices.
-        robot: What robot they are, in SI units.
+        robot: What robot they are, in SI units: one for all, or one for each.
         gui: Show a window (Bullet only).
         engine: Name of the engine, or one that is empty and steps `STEP_SECONDS`; by default the first of "bullet" and
             "mujoco" that is installed.
@@ -69,13 +78,13 @@ class Scene:
     Attributes:
         terrain: The fixed ground.
         boxes: The boxes as they were created.
-        model: What robot the robots are, in its own units.
+        models: What robot each of the robots is, in its own units.
         ticks: Control ticks since the scene was made.
         time: Simulated time since the scene was made.
 
     Raises:
         MissingEngineError: The engine is not installed.
-        ValueError: There is no such engine, no ground, or a box without size or mass.
+        ValueError: There is no such engine, no ground, a box without size or mass, or robots of two scales.
     """
 
     tick_seconds = TICK_SECONDS
@@ -86,7 +95,7 @@ class Scene:
         boxes: Sequence[BoxSpec],
         robots: Sequence[RobotSpec],
         *,
-        robot: Robot = STANDARD,
+        robot: Robot | Sequence[Robot] = STANDARD,
         gui: bool = False,
         engine: Engine | str | None = None,
     ) -> None:
@@ -94,7 +103,7 @@ class Scene:
         self.terrain = terrain
         self.boxes = tuple(boxes)
         self._robots = tuple(robots)
-        self.model = model = robot.in_units()
+        self.models = models = _each(robot, len(robots))
         self.ticks = 0
         self.time = 0.0
         if engine is None or isinstance(engine, str):
@@ -113,7 +122,8 @@ class Scene:
             for b in boxes
         ]
         self._tractions: list[Traction | None] = [
-            Traction(self._engine, build_robot(self._engine, model, r), model) for r in robots
+            Traction(self._engine, build_robot(self._engine, model, r), model)
+            for r, model in zip(robots, models, strict=True)
         ]
         self._tilted = [0] * len(self._tractions)
         self._present = tuple(range(len(self._tractions)))
@@ -184,7 +194,7 @@ class Scene:
     def place_robot(self, i: int, x: float, y: float, z: float, yaw: float) -> None:
         """Put a robot somewhere, level, at rest, its wheels stopped; `z` is the ground under it."""
         traction = self._traction(i)
-        self._engine.place(traction.body, *chassis_place(self.model, x, y, z, yaw))
+        self._engine.place(traction.body, *chassis_place(self.models[i], x, y, z, yaw))
         traction.settle()
         self._tilted[i] = 0
         self._forget()
@@ -351,7 +361,7 @@ class Scene:
 
     def _digest(self) -> str:
         """Hash of what the scene was built from and of the engine's name."""
-        built = (self._engine.facts.name, self.terrain, self.boxes, self._robots, self.model)
+        built = (self._engine.facts.name, self.terrain, self.boxes, self._robots, self.models)
         return hashlib.sha256(repr(built).encode()).hexdigest()
 
     def close(self) -> None:

@@ -16,21 +16,24 @@ from urllib.parse import quote
 from colonysim.arguments import MAX_SEED, as_span, real, whole, wholes
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, TraceError
 from colonysim.files import replacing
-from colonysim.plots.sheet import EmptyFigureError, Style, sheet_of
+from colonysim.installing import install_command
+from colonysim.plots.sheet import SCREEN, EmptyFigureError, Style, sheet_of
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from matplotlib.figure import Figure
 
     from colonysim.plots.sheet import Sheet
+    from colonysim.plots.shown import Figures
+    from colonysim.scenario.groups import Group
     from colonysim.sweep.comparing import Difference
     from colonysim.trace.reader import Run
 
 __all__ = [
-    "KINDS", "MEASURES", "PUSH_KINDS", "RESULT_KINDS", "draw", "draw_results", "draw_training", "is_sweep",
-    "is_training", "save",
+    "KINDS", "MEASURES", "OF_AGENTS", "PUSH_KINDS", "RESULT_KINDS", "draw", "draw_results", "draw_training", "figures",
+    "is_sweep", "is_training", "save",
 ]  # fmt: skip
 
 FIELDS = ("D", "E", "H", "B")
@@ -47,6 +50,8 @@ _Job = tuple[str, "Callable[[], Figure]"]
 """Name of a file, and what draws it."""
 _WHOLE = ("episodes", "workload", "fates")
 """Those that are of the whole run, whichever episodes are asked for."""
+OF_AGENTS = ("episodes", "waiting", "workload")
+"""Those that can be drawn of each group of agents for itself."""
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": ""}, "svg": {"Date": None}, "pdf": {"CreationDate": None},
 }  # fmt: skip
@@ -66,6 +71,7 @@ def draw(
     episodes: Sequence[int] | None = None,
     hole: int | None = None,
     box: int | None = None,
+    by_group: bool = False,
     out: str | Path | None = None,
     kind: Literal["png", "svg", "pdf"] = "png",
     dpi: float | None = None,
@@ -87,6 +93,7 @@ def draw(
             each hole. Only with such a field.
         box: The box whose B (or another field of boxes) is drawn; by default an image for each of the first six. Only
             with such a field.
+        by_group: Whether there is an image for each group of agents of what `OF_AGENTS` names.
         out: Where to put the images; by default `plots` in the run directory.
         kind: File format.
         dpi: Pixels an inch, 10 to 2,400; by default 130, in print 600.
@@ -97,27 +104,15 @@ def draw(
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ColonysimError: The run has no such episode, hole, box or field, there is nothing to draw, or the images
-            cannot be written.
+        ColonysimError: The run has no such episode, hole, box or field, or no groups where they are asked for, there is
+            nothing to draw, or the images cannot be written.
     """
     _need_matplotlib()
     sheet = sheet_of(style, width)
     dpi = _dpi(dpi, sheet)
-    what = None if what is None else _words(what)
-    if episodes is not None:
-        episodes = wholes("episodes", episodes)
-    if "evaluation" in run.manifest:
-        if hole is not None or box is not None:
-            raise ColonysimError("a run of single pushes has no pheromones, hence neither hole nor box to choose")
-        jobs = _push_jobs(run, PUSH_KINDS if what is None else what, episodes, sheet)
-    else:
-        if episodes is not None and what is not None and set(what) <= set(_WHOLE):
-            raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
-        run.check_places("events", "frames", "poses")
-        jobs = _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None, sheet)
+    jobs = _asked(run, what, episodes, hole, box, by_group, sheet)
     if out is None:
-        if run.path is None:
-            raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
+        assert run.path is not None  # or there would be nothing to draw it from
         out = run.path / "plots"
     return _drawn(jobs, Path(out), kind, dpi, sheet, run.check_apart)
 
@@ -196,24 +191,34 @@ def _drawn(
         ColonysimError: There is nothing to draw at all.
     """
     images: list[Path] = []
-    empty: dict[str, list[str]] = {}
     with sheet.drawing():
-        for name, make in jobs:
+        for name, figure in _made(jobs):
             path = out / f"{name}.{kind}"
             check(path)
-            try:
-                figure = make()
-            except EmptyFigureError as reason:
-                empty.setdefault(str(reason), []).append(name)
-                continue
             save(sheet.finish(figure), path, kind, dpi)
             images.append(path)
+    return images
+
+
+def _made(jobs: Sequence[_Job]) -> Iterator[tuple[str, Figure]]:
+    """Each figure that is not empty, with its name; at the end tells of those that are.
+
+    Raises:
+        EmptyFigureError: All are.
+    """
+    empty: dict[str, list[str]] = {}
+    for name, make in jobs:
+        try:
+            figure = make()
+        except EmptyFigureError as reason:
+            empty.setdefault(str(reason), []).append(name)
+            continue
+        yield name, figure
     told = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in empty.items())
-    if not images:
+    if sum(map(len, empty.values())) == len(jobs):
         raise EmptyFigureError(f"nothing to draw: {told}")
     if told:
-        warnings.warn(f"left out: {told}", ColonysimWarning, stacklevel=3)
-    return images
+        warnings.warn(f"left out: {told}", ColonysimWarning, stacklevel=4)
 
 
 def _result_jobs(
@@ -275,6 +280,64 @@ def _differences(
 
 def _dpi(dpi: float | None, sheet: Sheet) -> float:
     return (600.0 if sheet.width else 130.0) if dpi is None else real("dpi", dpi, *_DPI)
+
+
+def figures(
+    run: Run,
+    what: str | Sequence[str] | None = None,
+    *,
+    episodes: int | Sequence[int] | None = None,
+    hole: int | None = None,
+    box: int | None = None,
+    by_group: bool = False,
+) -> Figures:
+    """The same figures, not written anywhere.
+
+    Args:
+        run: The run.
+        what: As for `draw`.
+        episodes: As for `draw`; a number stands for the one episode.
+        hole: As for `draw`.
+        box: As for `draw`.
+        by_group: As for `draw`.
+
+    Returns:
+        matplotlib figures, whose labels say what they show; a notebook shows them one below the other.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ColonysimError: The run has no such episode, hole, box or field, or there is nothing to draw.
+    """
+    _need_matplotlib()
+    from colonysim.plots.shown import Figures
+
+    jobs = _asked(run, what, [episodes] if isinstance(episodes, int) else episodes, hole, box, by_group, SCREEN)
+    made = []
+    with SCREEN.drawing():
+        for name, figure in _made(jobs):
+            figure.set_label(name)
+            made.append(figure)
+    return Figures(made)
+
+
+def _asked(
+    run: Run, what: Sequence[str] | None, episodes: Sequence[int] | None, hole: int | None, box: int | None,
+    by_group: bool, sheet: Sheet,
+) -> list[_Job]:  # fmt: skip
+    """File name and drawing function of each image that is asked for."""
+    what = None if what is None else _words(what)
+    if episodes is not None:
+        episodes = wholes("episodes", episodes)
+    if run.path is None:
+        raise ColonysimError("this run kept no trace, so there is nothing to draw it from")
+    if "evaluation" in run.manifest:
+        if hole is not None or box is not None or by_group:
+            raise ColonysimError("a run of single pushes has neither hole, box nor group to choose: it is no colony's")
+        return _push_jobs(run, PUSH_KINDS if what is None else what, episodes, sheet)
+    if episodes is not None and what is not None and set(what) <= set(_WHOLE):
+        raise ColonysimError(f"episodes: {', '.join(what)} show the whole run; leave the choice out")
+    run.check_places("events", "frames", "poses")
+    return _jobs(run, what, _episodes(run, episodes), hole, box, episodes is not None, by_group, sheet)
 
 
 def _words(what: Sequence[str]) -> tuple[str, ...]:
@@ -340,13 +403,13 @@ def _need_matplotlib() -> None:
         import matplotlib  # noqa: F401
     except ImportError:
         raise MissingExtraError(
-            "drawing needs matplotlib, which is not installed: pip install 'colonysim[plot]'"
+            f"drawing needs matplotlib, which is not installed: {install_command('plot')}"
         ) from None
 
 
 def _jobs(
     run: Run, what: Sequence[str] | None, episodes: Sequence[int], hole: int | None, box: int | None, chosen: bool,
-    sheet: Sheet,
+    by_group: bool, sheet: Sheet,
 ) -> list[_Job]:  # fmt: skip
     """File name and drawing function of each image; every mistake is found before the first is drawn."""
     from colonysim.plots.fates import fates_figure
@@ -375,7 +438,9 @@ def _jobs(
     if what is None:
         what = [*(fields if framed else ()), *(word for word in others if word not in fields)]
     known = {*fields, *others}
-    of_run = dict(zip(_WHOLE, (results_figure, workload_figure, fates_figure), strict=True))
+    groups: Sequence[tuple[Group | None, str]] = [(None, "")]
+    if by_group:
+        groups = _groups(run, what)
     jobs: list[_Job] = []
     places = Places(run)
     for word in what:
@@ -384,11 +449,17 @@ def _jobs(
         if word == "map":
             jobs.append(("map", lambda: map_figure(run, episodes[-1], sheet)))
         elif word == "trajectories":
-            jobs.append(("trajectories", lambda: trajectories_figure(run, episodes, sheet, places)))
+            jobs.append(("trajectories", lambda: trajectories_figure(run, episodes, sheet)))
+        elif word == "fates":
+            jobs.append(("fates", lambda: fates_figure(run, sheet)))
+        elif word == "episodes":
+            jobs += [(f"episodes{end}", partial(results_figure, run, group, sheet)) for group, end in groups]
+        elif word == "workload":
+            jobs += [(f"workload{end}", partial(workload_figure, run, group, sheet)) for group, end in groups]
         elif word == "waiting":
-            jobs.append(("waiting", lambda: waiting_figure(run, episodes[-1], sheet)))
-        elif word in of_run:
-            jobs.append((word, lambda make=of_run[word]: make(run, sheet)))  # type: ignore[misc]
+            jobs += [
+                (f"waiting{end}", partial(waiting_figure, run, episodes[-1], group, sheet)) for group, end in groups
+            ]  # fmt: skip
         elif lacking := next((missing[number] for number in framed or episodes if missing[number]), ""):
             raise TraceError(f"{run.path}: {lacking}")
         elif fields[word] == "hole":
@@ -402,6 +473,15 @@ def _jobs(
         else:
             jobs.append((quote(word, safe=""), partial(node_figure, run, word, framed, sheet, places)))
     return jobs
+
+
+def _groups(run: Run, what: Sequence[str]) -> list[tuple[Group | None, str]]:
+    """The groups of a run's agents, and what the names of their images end with."""
+    if not run.scenario.groups:
+        raise ColonysimError(f"by group: {run.path} has no groups of agents")
+    if not set(what) & set(OF_AGENTS):
+        raise ColonysimError(f"by group: {', '.join(what)} are not of agents, expected some of {', '.join(OF_AGENTS)}")
+    return [(group, f"-{quote(group.name, safe='')}") for group in run.scenario.groups]
 
 
 def _fields(run: Run) -> dict[str, Literal["node", "hole", "box"]]:

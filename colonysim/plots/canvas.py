@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from colonysim.plots.sheet import INK
+from colonysim.scenario.picture import AGENT, BOX, GOAL, HOLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
     from colonysim.plots.sheet import Sheet
+    from colonysim.scenario.groups import Group
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
 
@@ -29,9 +31,7 @@ __all__ = [
     "heading_of", "ink_on", "named_in", "panels", "pens", "plain", "title_of",
 ]  # fmt: skip
 
-# From the Okabe-Ito palette, told apart with any colour vision; agents pink, boxes blue as in the paper.
-AGENT, BOX, GOAL, HOLE, BLOCKED = "#CC79A7", "#0072B2", "#009E73", "#3A3A3A", "#D00000"
-QUIET = "#BDBDBD"
+BLOCKED, QUIET = "#D00000", "#BDBDBD"
 FIELD = "viridis"
 AGENTS = (AGENT, "#E69F00", "#D55E00", "#56B4E9")
 """Colours of single agents: the palette without those of boxes, goal and holes."""
@@ -172,11 +172,11 @@ class Canvas:
         drawn.set_zorder(3)
         return drawn
 
-    def landmarks(self, axes: Axes, boxes: Iterable[int], goal: int) -> None:
-        """Draws outlines around the holes, the goal and the nodes of the boxes."""
+    def landmarks(self, axes: Axes, boxes: Iterable[int], goals: Iterable[int]) -> None:
+        """Draws outlines around the holes, the goals and the nodes of the boxes."""
         holes = [self.scenario.topology.ids[hole.node] for hole in self.scenario.holes]
         for nodes, shape, size, color in (
-            (holes, "s", 1.4, HOLE), (sorted(set(boxes)), "s", 1.75, BOX), ([goal], "D", 1.45, GOAL),
+            (holes, "s", 1.4, HOLE), (sorted(set(boxes)), "s", 1.75, BOX), (sorted(set(goals)), "D", 1.45, GOAL),
         ):  # fmt: skip
             self.nodes(axes, nodes, "none", shape=shape, size=size, edge=color, line=1.1)
 
@@ -236,17 +236,21 @@ def heading_of(what: str, run: Run) -> str:
     return " · ".join(word for word in (what, named_in(run, "name"), run.shortfall) if word)
 
 
-def title_of(what: str, run: Run) -> str:
-    """What a diagram shows, and of which run; and how far that came, if it is not finished."""
+def title_of(what: str, run: Run, group: Group | None = None) -> str:
+    """What a diagram shows, and of which run, or group in it; and how far that came, if it is not finished."""
     name = f"{named_in(run, 'name')} {named_in(run, 'variant')}".rstrip()
     of = (named_in(run, "backend"), named_in(run, "policy"), f"seed {run.manifest['seed']}")
-    words = (what, name, *of, run.shortfall)
+    words = (what, "" if group is None else f"group {_drawable(group.name)}", name, *of, run.shortfall)
     return " · ".join(word for word in words if word)
 
 
 def named_in(run: Run, field: str) -> str:
     """A name from the manifest, in letters that can be drawn."""
-    return "".join(letter if letter.isprintable() else "?" for letter in run.manifest.get(field) or "")[:_LONGEST_NAME]
+    return _drawable(run.manifest.get(field) or "")
+
+
+def _drawable(name: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in name)[:_LONGEST_NAME]
 
 
 def plain(axes: Axes, x: str, y: str, title: str = "") -> None:

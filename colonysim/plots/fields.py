@@ -125,7 +125,7 @@ def _figure(
         canvas.edges(axis)
         canvas.nodes(axis, [node for node in canvas.graph if node not in found], "white", edge="#8A8A8A")
         there = places.at_end(episode)
-        canvas.landmarks(axis, there.boxes.values(), there.goal)
+        canvas.landmarks(axis, there.boxes.values(), [there.goal])
         if box_at is not None:
             canvas.nodes(axis, [box_at], "none", shape="s", size=1.25, edge=BOX)
             canvas.note(axis, box_at, "start", BOX, (1, 1))

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from colonysim.plots.sheet import Sheet
+    from colonysim.scenario.groups import Group
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.reader import Run
+    from colonysim.trace.schema import EpisodeResult
 
 __all__ = ["results_figure", "running_interval"]
 
@@ -36,15 +39,18 @@ def running_interval(values: Sequence[float], window: int = WINDOW) -> list[tupl
     return found
 
 
-def results_figure(run: Run, sheet: Sheet = SCREEN) -> Figure:
-    """Steps until all agents are at the goal, and the share that is there, by episode."""
-    numbers = [result.episode for result in run.episodes]
-    figure = sheet.figure(7.0, 5.4, title_of("Steps and success", run))
+def results_figure(run: Run, group: Group | None = None, sheet: Sheet = SCREEN) -> Figure:
+    """Steps until all agents, or those of a group, are at the goal, and the share that is there, by episode."""
+    results: Sequence[EpisodeResult | GroupResult] = run.episodes
+    if group is not None:
+        results = [result for result in run.groups if result.group == group.name]
+    numbers = [result.episode for result in results]
+    figure = sheet.figure(7.0, 5.4, title_of("Steps and success", run, group))
     above, below = figure.subplots(2, 1, sharex=True)
     most = run.scenario.max_steps
     rows = (
-        (above, [float(result.steps) for result in run.episodes], "steps", BOX, float(most)),
-        (below, [result.success for result in run.episodes], "success", AGENT, 1.0),
+        (above, [float(result.steps) for result in results], "steps", BOX, float(most)),
+        (below, [result.success for result in results], "success", AGENT, 1.0),
     )
     for axes, values, label, color, top in rows:
         means, lows, highs = zip(*running_interval(values), strict=True)

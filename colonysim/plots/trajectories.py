@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 from matplotlib.lines import Line2D
 
 from colonysim.plots.canvas import AGENTS, BOX, GOAL, HOLE, INK, Canvas, Pen, panels, pens, title_of
-from colonysim.plots.places import Places
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
-from colonysim.trace.replay import follow
+from colonysim.trace.replay import follow, places
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,9 +30,7 @@ _MOST_NAMED = 8
 """Agents up to which the legend names each."""
 
 
-def trajectories_figure(
-    run: Run, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
-) -> Figure:
+def trajectories_figure(run: Run, episodes: Sequence[int], sheet: Sheet = SCREEN) -> Figure:
     """A panel an episode; as driven if the run holds poses, else from node to node.
 
     Raises:
@@ -45,12 +42,11 @@ def trajectories_figure(
     moved = [(driven is not None, driven or _node_to_node(run, canvas, episode)) for episode, driven in found]
     if not any(agents or boxes for _, (agents, boxes) in moved):
         raise EmptyFigureError("nothing moved in these episodes")
-    places = places or Places(run)
     several = pens(len(scenario.agents), AGENTS), pens(len(scenario.boxes), (BOX,))
     figure, axes = panels(canvas, len(episodes), title_of("Trajectories", run), legend=_legend(canvas, several[0]))
     results = {result.episode: result for result in run.episodes}
     for axis, episode, (driven, (agents, boxes)) in zip(axes, episodes, moved, strict=True):
-        _place(canvas, axis, places.at_end(episode).goal)
+        _place(canvas, axis, {place.goal for place in places(scenario, run.events(episode))})
         first_box = len(scenario.agents)
         for ways, pen, width, first in ((boxes, several[1], 2.4, first_box), (agents, several[0], 1.3, 0)):
             for number, way in ways.items():
@@ -61,14 +57,14 @@ def trajectories_figure(
     return figure
 
 
-def _place(canvas: Canvas, axes: Axes, goal: int) -> None:
+def _place(canvas: Canvas, axes: Axes, goals: set[int]) -> None:
     scenario = canvas.scenario
     ids = scenario.topology.ids
     holes = [ids[hole.node] for hole in scenario.holes]
     canvas.edges(axes)
     canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white", edge="#9A9A9A")
     canvas.nodes(axes, holes, HOLE, shape="s")
-    canvas.landmarks(axes, [ids[start.node] for start in scenario.boxes_at_start], goal)
+    canvas.landmarks(axes, [ids[start.node] for start in scenario.boxes_at_start], [ids[goal] for goal in goals])
     canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from colonysim.plots.sheet import Sheet
+    from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
 
@@ -65,17 +66,24 @@ def spans(events: Iterable[Event]) -> list[Span]:
     return found
 
 
-def waiting_figure(run: Run, episode: int, sheet: Sheet = SCREEN) -> Figure:
+def waiting_figure(run: Run, episode: int, group: Group | None = None, sheet: Sheet = SCREEN) -> Figure:
     """Above, how many agents did what over the time of an episode; below, the share of waiting by episode, if any.
+
+    Args:
+        run: The run.
+        episode: The episode above.
+        group: The agents that count; None for all.
+        sheet: What it is drawn on.
 
     Raises:
         EmptyFigureError: Nobody waited in any episode, and in this one nothing took any time.
     """
+    agents = range(len(run.scenario.agents)) if group is None else group.agents
     numbers = [result.episode for result in run.episodes]
     shares = {state: np.zeros(len(numbers)) for state in _WAITS}
     shown: list[Event] = []
     for number, events in groupby(run.events(), key=attrgetter("episode")):
-        own = list(events)
+        own = [event for event in events if event.agent in agents or event.kind == "episode"]
         if number == episode:
             shown = own
         if number in numbers:
@@ -87,13 +95,13 @@ def waiting_figure(run: Run, episode: int, sheet: Sheet = SCREEN) -> Figure:
     if not timed and not waited:
         raise EmptyFigureError(f"in episode {episode} nothing took any time, and nobody waited in any")
     rows = timed + waited
-    figure = sheet.figure(7.0, 0.6 + 2.6 * rows, title_of("Waiting and blocking", run))
+    figure = sheet.figure(7.0, 0.6 + 2.6 * rows, title_of("Waiting and blocking", run, group))
     panels = [*figure.subplots(rows, 1, squeeze=False).flat]
     if timed:
         wrong = [event.time for event in shown if event.kind == "end" and event.status != "arrived"]
         _stack(panels[0], times, counts, wrong)
         plain(panels[0], "simulated time [s]", "agents", f"episode {episode}")
-        panels[0].set(xlim=(0, max(length, 1e-9)), ylim=(0, len(run.scenario.agents)))
+        panels[0].set(xlim=(0, max(length, 1e-9)), ylim=(0, len(agents)))
         panels[0].yaxis.set_major_locator(MaxNLocator(integer=True))
     if waited:
         below, bottom = panels[-1], np.zeros(len(numbers))

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from colonysim.plots.sheet import Sheet
+    from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
 
 __all__ = ["gini", "workload_figure"]
@@ -37,23 +38,29 @@ def gini(values: Sequence[float]) -> float:
     return ranked / (count * whole)
 
 
-def workload_figure(run: Run, sheet: Sheet = SCREEN) -> Figure:
+def workload_figure(run: Run, group: Group | None = None, sheet: Sheet = SCREEN) -> Figure:
     """The steps of each agent by what they were for; beside it, how evenly they are shared, by episode.
+
+    Args:
+        run: The run.
+        group: The agents that count; None for all.
+        sheet: What it is drawn on.
 
     Raises:
         EmptyFigureError: No agent began a step.
     """
-    agents, numbers = range(len(run.scenario.agents)), [result.episode for result in run.episodes]
+    agents = range(len(run.scenario.agents)) if group is None else group.agents
+    numbers = [result.episode for result in run.episodes]
     steps: Counter[tuple[int, int, str]] = Counter(
         (event.episode, event.agent, event.action) for event in run.events() if event.kind == "end"
     )
-    if not steps:
+    if not any(agent in agents for _, agent, _ in steps):
         raise EmptyFigureError("no agent ended a step")
     totals: Counter[tuple[int, str]] = Counter()
     for (_, agent, action), count in steps.items():
         totals[agent, action] += count
     rows, columns = sheet.beside(2)
-    figure = sheet.figure(4.2 * columns, (2.6 if sheet.narrow else 3.6) * rows, title_of("Workload", run))
+    figure = sheet.figure(4.2 * columns, (2.6 if sheet.narrow else 3.6) * rows, title_of("Workload", run, group))
     left, right = figure.subplots(rows, columns)
     bottom = [0.0] * len(agents)
     for action, label, color in _ACTIONS:
@@ -64,7 +71,7 @@ def workload_figure(run: Run, sheet: Sheet = SCREEN) -> Figure:
     every = gini([sum(totals[agent, name] for name in names) for agent in agents])
     pushes = gini([totals[agent, "push"] for agent in agents])
     plain(left, "agent", "steps in an episode, mean", f"Gini coefficient: steps {every:.2f}, pushes {pushes:.2f}")
-    left.set_xlim(-0.7, len(agents) - 0.3)
+    left.set_xlim(agents.start - 0.7, agents.stop - 0.3)
     left.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     left.set_ylim(0, 1.25 * max(*bottom, 1.0))
     for label, color, chosen in (("steps", INK, names), ("pushes", BOX, ["push"])):

@@ -205,6 +205,9 @@ class Decider:
     name = ""
     outside = False
 
+    def __repr__(self) -> str:
+        return f"<policy {self.name}>"
+
     def fields(self, world: World) -> Mapping[str, Field]:
         """See `Policy.fields`."""
         raise NotImplementedError

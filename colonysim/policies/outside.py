@@ -50,6 +50,9 @@ class Outside:
     ) -> None:
         self._policy: Any = make_policy(policy, scenario)
 
+    def __repr__(self) -> str:
+        return f"<policy {self.name} over {self._policy}>"
+
     @classmethod
     def over(cls, policy: str | Policy | Callable[[Scenario], Policy] | None) -> Callable[[Scenario], Outside]:
         """What makes such a policy over another one: to be given to a colony as its policy."""

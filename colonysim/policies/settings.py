@@ -6,21 +6,24 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, Strict, ValidationError
+from pydantic import ConfigDict, Field, Strict
 from pydantic.dataclasses import dataclass
 
 from colonysim.characters import printable
+from colonysim.policies.parameters import Parameter, about, read_parameters
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["OF_FIELDS", "PRESETS", "StigmergySettings", "settings_for"]
+__all__ = ["OF_FIELDS", "PRESET", "PRESETS", "StigmergySettings", "settings_for"]
 
 LARGEST = 1e9
 """No parameter is larger, so that no product of a few of them and of lengths is infinite."""
 Flag = Annotated[bool, Strict()]
 Share = Annotated[float, Strict(), Field(ge=0.0, le=1.0)]
+NotNegative = Annotated[float, Strict(), Field(ge=0.0, le=LARGEST, allow_inf_nan=False)]
+AtLeastOne = Annotated[float, Strict(), Field(ge=1.0, le=LARGEST, allow_inf_nan=False)]
 Weight = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 HalfLife = Annotated[float, Strict(), Field(ge=1e-6, le=LARGEST, allow_inf_nan=False)]
 Positive = Annotated[float, Strict(), Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
@@ -30,100 +33,124 @@ Positive = Annotated[float, Strict(), Field(gt=0.0, le=LARGEST, allow_inf_nan=Fa
 class StigmergySettings:
     """Parameters of the stigmergic policy; the defaults are the preset `colony`.
 
-    Attributes:
-        beta: Factor of the values in every softmax: at 0 all choices are equally likely, the higher the more decided.
-        epsilon: Chance to explore, at the start of a run.
-        epsilon_floor: It never decays below this.
-        epsilon_decay: Factor by which it decays.
-        epsilon_per: When it decays: at each exploratory "choice" or once an "episode".
-        d_max: What D falls from, d_max, in units of the farthest node's distance to the goal along edges.
-        distance_rule: Whose distances D takes: all reachable neighbours' ("lrta"), or those of official ones, as
-            Algorithm 2 is printed ("literal").
-        unvisited: D of a node nobody has been to: d_max less the straight line to the goal ("straight"), or 0 ("zero").
-        updates: Where D and H are updated: on the "occupied" node only, or "everywhere" at each step (the oracle).
-        hole_rule: Which of its candidates H becomes: the largest ("max"), or, as Algorithm 5 is printed, the smallest
-            ("min").
-        hole_evaporation: Share of H that remains after an episode.
-        hole_half_life: Simulated seconds in which H halves; null for never.
-        hole_diffusion: Share of H, of each hole, that a node gives to its neighbours at each tick of
-            `diffusion_period`; 0 for none.
-        box_decay: Factor of B at each claim, B_decay; a crossing divides by it.
-        box_start: B at first, in units of d_max.
-        box_cap: Most that B can become, in units of d_max; null for no limit.
-        box_half_life: Simulated seconds in which the difference of B from its start halves; null for never.
-        box_credit: When a crossing raises B: as the agent steps onto the hole's node ("enter") or off it ("leave").
-        distance_half_life: Simulated seconds in which the difference of D from that of an unvisited node halves; null
-            for never.
-        distance_diffusion: Share of the difference of D from that of an unvisited node that a node gives to its
-            neighbours at each tick of `diffusion_period`; 0 for none.
-        deposit_at_start: Whether D and E are deposited at an episode's start, before the first step, as H is.
-        stack_credit: Whose B a crossing raises: that of "all" boxes in the hole, or of the "top" one.
-        exploration_evaporation: Share of E that remains after an episode; null takes off the smallest E instead.
-        exploration_half_life: Simulated seconds in which E halves; null for never.
-        exploration_diffusion: Share of E that a node gives to its neighbours at each tick of `diffusion_period`; 0 for
-            none.
-        diffusion_period: Simulated seconds between two ticks at which marks spread along edges.
-        exploration_on_wait: Whether waiting counts as a visit, that is, deposits E.
-        overfill: Whether a box may be meant for a hole whose surface would then stand above the rim.
-        candidates_centre: From where holes have to be within R: from the "box" or from the "agent".
-        look_on: Whether the next nearest box is looked at where the nearest one can go to no hole, with an open
-            one in sight.
-        errands: Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight.
-        step_past: Whether an agent that is shut in, or that comes to no useful box otherwise, steps to the node of a
-            box to leave it on another side.
-        restless: Choices in sight of boxes but with none to go for, in edges' lengths and units of the farthest node's
-            way to the goal, after which an agent tries whatever the place allows, for as many; three times as many
-            with no open hole in sight; null for never.
-        collision: What keeps agents apart: "reservation" of the nodes that a mover needs, or "two_node", Algorithm 8.
-        patience: How long a carrier waits before it drops its box, in the time of a travelled edge; null for ever.
-        tries: Pushes that fail in a row before a carrier gives up its box for now; null for never.
-        ask_to_clear: Whether a waiting carrier asks for its next node to be cleared.
-        feasibility: Least chance at which a push is tried.
-        extra_fields: Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.
-        weights: Factors of extra fields, by their names: a field's value at a node, times its factor, is added to D or
-            -E wherever an agent chooses among nodes. Below 0 it keeps agents off.
+    What each one means, and which algorithm of the paper has it, stands beside it: `colonysim policies` prints it, and
+    docs/policies.md and the JSON Schema of scenario files are made from it.
     """
 
-    beta: Annotated[float, Strict(), Field(ge=0.0, le=LARGEST, allow_inf_nan=False)] = 4.0
-    epsilon: Share = 0.2
-    epsilon_floor: Share = 0.01
-    epsilon_decay: Share = 0.8
-    epsilon_per: Literal["choice", "episode"] = "episode"
-    d_max: Annotated[float, Strict(), Field(ge=1.0, le=LARGEST, allow_inf_nan=False)] = 1.5
-    distance_rule: Literal["lrta", "literal"] = "lrta"
-    unvisited: Literal["straight", "zero"] = "straight"
-    updates: Literal["occupied", "everywhere"] = "occupied"
-    distance_half_life: HalfLife | None = None
-    distance_diffusion: Share = 0.0
-    deposit_at_start: Flag = False
-    hole_rule: Literal["max", "min"] = "max"
-    hole_evaporation: Share = 0.5
-    hole_half_life: HalfLife | None = None
-    hole_diffusion: Share = 0.0
-    box_decay: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.95
-    box_start: Positive = 2.0
-    box_cap: Positive | None = 4.0
-    box_half_life: HalfLife | None = None
-    box_credit: Literal["enter", "leave"] = "leave"
-    stack_credit: Literal["all", "top"] = "all"
-    exploration_evaporation: Share | None = 0.5
-    exploration_half_life: HalfLife | None = None
-    exploration_diffusion: Share = 0.0
-    diffusion_period: Annotated[float, Strict(), Field(ge=0.01, le=LARGEST, allow_inf_nan=False)] = 1.0
-    exploration_on_wait: Flag = False
-    overfill: Flag = False
-    candidates_centre: Literal["box", "agent"] = "box"
-    look_on: Flag = True
-    errands: Flag = True
-    step_past: Flag = True
-    restless: Positive | None = 3.0
-    collision: Literal["reservation", "two_node"] = "reservation"
-    patience: Annotated[float, Strict(), Field(ge=1e-3, le=LARGEST, allow_inf_nan=False)] | None = 5.0
-    tries: Annotated[int, Strict(), Field(ge=1, le=10**9)] | None = 2
-    ask_to_clear: Flag = True
-    feasibility: Share = 0.5
-    extra_fields: tuple[str, ...] = ()
-    weights: Mapping[str, Weight] = dataclasses.field(default_factory=dict)
+    beta: Annotated[NotNegative, about(
+        "Factor of the values in every softmax: at 0 all choices are equally likely, the higher the more "
+        "decided.", "Alg. 9",
+    )] = 4.0
+    epsilon: Annotated[Share, about("Chance to explore, at the start of a run.", "Alg. 9")] = 0.2
+    epsilon_floor: Annotated[Share, about("Epsilon never decays below this.")] = 0.01
+    epsilon_decay: Annotated[Share, about("Factor by which epsilon decays.", "Alg. 9")] = 0.8
+    epsilon_per: Annotated[Literal["choice", "episode"], about(
+        'When epsilon decays: at each exploratory "choice" or once an "episode".', "Alg. 9"
+    )] = "episode"
+    d_max: Annotated[AtLeastOne, about(
+        "What D falls from, d_max, in units of the farthest node's distance to the goal along edges.", "Alg. 2"
+    )] = 1.5
+    distance_rule: Annotated[Literal["lrta", "literal"], about(
+        "Whose distances D takes: all reachable neighbours' (\"lrta\"), or those of official ones, as Algorithm "
+        '2 is printed ("literal").', "Alg. 2",
+    )] = "lrta"
+    unvisited: Annotated[Literal["straight", "zero"], about(
+        'D of a node nobody has been to: d_max less the straight line to the goal ("straight"), or 0 '
+        '("zero").', "Alg. 2",
+    )] = "straight"
+    updates: Annotated[Literal["occupied", "everywhere"], about(
+        'Where D and H are updated: on the "occupied" node only, or "everywhere" at each step (the oracle).', "Alg. 9"
+    )] = "occupied"
+    distance_half_life: Annotated[HalfLife | None, about(
+        "Simulated seconds in which the difference of D from that of an unvisited node halves; null for "
+        "never.",
+    )] = None
+    distance_diffusion: Annotated[Share, about(
+        "Share of the difference of D from that of an unvisited node that a node gives to its neighbours at "
+        "each tick of `diffusion_period`; 0 for none.",
+    )] = 0.0
+    deposit_at_start: Annotated[Flag, about(
+        "Whether D and E are deposited at an episode's start, before the first step, as H is.", "Alg. 9"
+    )] = False
+    hole_rule: Annotated[Literal["max", "min"], about(
+        'Which of its candidates H becomes: the largest ("max"), or, as Algorithm 5 is printed, the smallest '
+        '("min").', "Alg. 5",
+    )] = "max"
+    hole_evaporation: Annotated[Share, about("Share of H that remains after an episode.")] = 0.5
+    hole_half_life: Annotated[HalfLife | None, about("Simulated seconds in which H halves; null for never.")] = None
+    hole_diffusion: Annotated[Share, about(
+        "Share of H, of each hole, that a node gives to its neighbours at each tick of `diffusion_period`; 0 "
+        "for none.",
+    )] = 0.0
+    box_decay: Annotated[Annotated[float, Strict(), Field(gt=0.0, le=1.0)], about(
+        "Factor of B at each claim, B_decay; a crossing divides by it.", "Alg. 3"
+    )] = 0.95
+    box_start: Annotated[Positive, about("B at first, in units of d_max.", "Alg. 3")] = 2.0
+    box_cap: Annotated[Positive | None, about("Most that B can become, in units of d_max; null for no limit.")] = 4.0
+    box_half_life: Annotated[HalfLife | None, about(
+        "Simulated seconds in which the difference of B from its start halves; null for never."
+    )] = None
+    box_credit: Annotated[Literal["enter", "leave"], about(
+        "When a crossing raises B: as the agent steps onto the hole's node (\"enter\") or off it (\"leave\").", "Alg. 3"
+    )] = "leave"
+    stack_credit: Annotated[Literal["all", "top"], about(
+        'Whose B a crossing raises: that of "all" boxes in the hole, or of the "top" one.', "Alg. 3"
+    )] = "all"
+    exploration_evaporation: Annotated[Share | None, about(
+        "Share of E that remains after an episode; null takes off the smallest E instead.", "Alg. 7"
+    )] = 0.5
+    exploration_half_life: Annotated[HalfLife | None, about(
+        "Simulated seconds in which E halves; null for never."
+    )] = None
+    exploration_diffusion: Annotated[Share, about(
+        "Share of E that a node gives to its neighbours at each tick of `diffusion_period`; 0 for none."
+    )] = 0.0
+    diffusion_period: Annotated[Annotated[float, Strict(), Field(ge=0.01, le=LARGEST, allow_inf_nan=False)], about(
+        "Simulated seconds between two ticks at which marks spread along edges."
+    )] = 1.0
+    exploration_on_wait: Annotated[Flag, about(
+        "Whether waiting counts as a visit, that is, deposits E.", "Alg. 7"
+    )] = False
+    overfill: Annotated[Flag, about(
+        "Whether a box may be meant for a hole whose surface would then stand above the rim.", "Alg. 6"
+    )] = False
+    candidates_centre: Annotated[Literal["box", "agent"], about(
+        'From where holes have to be within R: from the "box" or from the "agent".', "Alg. 6"
+    )] = "box"
+    look_on: Annotated[Flag, about(
+        "Whether the next nearest box is looked at where the nearest one can go to no hole, with an open one "
+        "in sight.", "Alg. 4",
+    )] = True
+    errands: Annotated[Flag, about(
+        "Whether an agent on its way to a box remembers the hole it is for, and the box's way, out of sight."
+    )] = True
+    step_past: Annotated[Flag, about(
+        "Whether an agent that is shut in, or that comes to no useful box otherwise, steps to the node of a "
+        "box to leave it on another side.", "Alg. 4",
+    )] = True
+    restless: Annotated[Positive | None, about(
+        "Choices in sight of boxes but with none to go for, in edges' lengths and units of the farthest "
+        "node's way to the goal, after which an agent tries whatever the place allows, for as many; three "
+        "times as many with no open hole in sight; null for never.",
+    )] = 3.0
+    collision: Annotated[Literal["reservation", "two_node"], about(
+        'What keeps agents apart: "reservation" of the nodes that a mover needs, or "two_node", Algorithm 8.', "Alg. 8"
+    )] = "reservation"
+    patience: Annotated[Annotated[float, Strict(), Field(ge=1e-3, le=LARGEST, allow_inf_nan=False)] | None, about(
+        "How long a carrier waits before it drops its box, in the time of a travelled edge; null for ever."
+    )] = 5.0
+    tries: Annotated[Annotated[int, Strict(), Field(ge=1, le=10**9)] | None, about(
+        "Pushes that fail in a row before a carrier gives up its box for now; null for never."
+    )] = 2
+    ask_to_clear: Annotated[Flag, about("Whether a waiting carrier asks for its next node to be cleared.")] = True
+    feasibility: Annotated[Share, about("Least chance at which a push is tried.", "Section 3.4.1")] = 0.5
+    extra_fields: Annotated[tuple[str, ...], about(
+        'Further fields (entry points of `colonysim.fields` or "package.module:Name") to carry along.'
+    )] = ()
+    weights: Annotated[Mapping[str, Weight], about(
+        "Factors of extra fields, by their names: a field's value at a node, times its factor, is added to D "
+        "or -E wherever an agent chooses among nodes. Below 0 it keeps agents off.",
+    )] = dataclasses.field(default_factory=dict)
 
 
 OF_FIELDS = (
@@ -159,6 +186,12 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
     "oracle": {"updates": "everywhere"},
 }
+PRESET = Parameter(
+    "preset", {"enum": [*PRESETS], "type": "string"}, "colony",
+    meaning="The preset from which parameters come that are not given; the policies \"colony\", \"paper\" and"
+    " \"oracle\" are each that preset whatever stands here.",
+)  # fmt: skip
+"""What stands beside the parameters in the section of the policy `stigmergy`."""
 
 
 def settings_for(scenario: Scenario, preset: str = "colony", *, override: Flag = False) -> StigmergySettings:
@@ -176,20 +209,7 @@ def settings_for(scenario: Scenario, preset: str = "colony", *, override: Flag =
     chosen = preset if override else parameters.get("preset", preset)
     if not isinstance(chosen, str) or chosen not in PRESETS:
         raise scenario.fault("policy.preset", f"no preset {printable(repr(chosen))}; {nearest(str(chosen), PRESETS)}")
-    names = [field.name for field in dataclasses.fields(StigmergySettings)]
-    values = dict(PRESETS[chosen])
-    for name, value in parameters.items():
-        if name == "preset":
-            continue
-        if name == "box_diffusion":
-            message = "B belongs to boxes, which have no neighbours to give some of it to; box_half_life lets B fade"
-            raise scenario.fault(f"policy.{name}", message)
-        if name not in names:
-            raise scenario.fault(f"policy.{name}", f"no such parameter; {nearest(name, [*names, 'preset'])}")
-        values[name] = value
-    try:
-        return StigmergySettings(**values)
-    except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(part for part in first["loc"] if isinstance(part, str)) or "policy"
-        raise scenario.fault(f"policy.{name}", f"{first['msg']}, not {printable(repr(first['input']))}") from None
+    if "box_diffusion" in parameters:
+        message = "B belongs to boxes, which have no neighbours to give some of it to; box_half_life lets B fade"
+        raise scenario.fault("policy.box_diffusion", message)
+    return read_parameters(StigmergySettings, scenario, PRESETS[chosen], besides=("preset",))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from colonysim.policies.parameters import NoParameters
 from colonysim.policies.policy import Choice
 from colonysim.world.intents import Push, Travel, Wait
 
@@ -31,11 +32,15 @@ class Uniform:
     """
 
     name = "random"
+    parameters = NoParameters
 
     def __init__(self, scenario: Scenario) -> None:
         if scenario.parameters:
             first = next(iter(scenario.parameters))
             raise scenario.fault(f"policy.{first}", f"no such parameter; the policy {self.name!r} has none")
+
+    def __repr__(self) -> str:
+        return f"<policy {self.name}>"
 
     def fields(self, world: World) -> Mapping[str, Field]:
         """None: it leaves and reads no marks."""

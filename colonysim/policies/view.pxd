@@ -30,8 +30,9 @@ cdef class FieldWindow:
 
 cdef class LocalView:
     cdef public World _world
-    cdef public object _backend, _feasible_way, refused
+    cdef public object _backend, _feasible_way, refused, outcome
     cdef public int agent, node, goal, held_box, failures
+    cdef public long long steps
     cdef public double radius, edge_seconds, waited
     cdef object _fields
     cdef dict _windows

@@ -147,6 +147,8 @@ class LocalView:
         waited: How long the agent has been waiting without a break, in units of `edge_seconds`.
         refused: Its last intent, if a node or edge that it needs was taken, or None.
         failures: The number of its last actions in a row that did not arrive.
+        outcome: How its last action came out: "arrived", "blocked" or "failed"; "" before the first of the episode.
+        steps: How many steps of the episode it has begun.
         node: Where it stands.
         goal: The goal, whose place every agent knows.
         held_box: The box that it holds and shares the node with, or -1.
@@ -154,8 +156,8 @@ class LocalView:
 
     __slots__ = (
         "_backend", "_feasible_way", "_fields", "_missed", "_overlooked", "_seen_as", "_senses", "_windows", "_world",
-        "agent", "b", "d", "e", "edge_seconds", "failures", "foresees", "goal", "h", "held_box", "node", "pushes_boxes",
-        "radius", "refused", "waited",
+        "agent", "b", "d", "e", "edge_seconds", "failures", "foresees", "goal", "h", "held_box", "node", "outcome",
+        "pushes_boxes", "radius", "refused", "steps", "waited",
     )  # fmt: skip
 
     d: FieldWindow
@@ -183,8 +185,12 @@ class LocalView:
         self.edge_seconds = 1.0
         self.waited = 0.0
         self.refused: Intent | None = None
-        self.failures = 0
+        self.failures = self.steps = 0
+        self.outcome = ""
         self.look()
+
+    def __repr__(self) -> str:
+        return f"<view of agent {self.agent} from node index {self.node}>"
 
     def _window(self, name: str) -> FieldWindow:
         absent: Any = _Absent(name)
@@ -231,6 +237,12 @@ class LocalView:
     def _misses(self, box: int) -> bool:
         """Whether a box within R is not seen in this look."""
         return self._missed is not None and self._missed[box] == 1
+
+    @property
+    def steps_left(self) -> float:
+        """The steps that it may still begin in this episode, as a share of `max_steps`."""
+        most: int = self._world.scenario.max_steps
+        return 1.0 - self.steps / most
 
     @property
     def neighbours(self) -> tuple[int, ...]:

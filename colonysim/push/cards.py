@@ -31,9 +31,12 @@ __all__ = [
     "check_place",
     "load_arrays",
     "load_model",
+    "read_card",
+    "read_content",
     "save_arrays",
     "save_model",
     "shipped_models",
+    "write_card",
 ]
 
 FORMAT = 1
@@ -84,7 +87,7 @@ def load_model(source: str | Path, kind: str) -> Model:
 
     Args:
         source: Name of a shipped model, or path of a card (`.json`) or of the arrays (`.npz`) beside it.
-        kind: What it has to be: `"q-network"`, `"forest"` or `"logistic"`.
+        kind: What it has to be: `"q-network"`, `"forest"`, `"logistic"` or `"colony-policy"`.
 
     Raises:
         ModelError: It is missing, damaged, of another kind, or holds a value that is no finite number.
@@ -107,16 +110,31 @@ def _shipped_model(name: str, kind: str) -> Model:
 
 def _read_model(card_file: Path, kind: str) -> Model:
     data_file = card_file.with_suffix(".npz")
-    card = _read_card(card_file, kind)
+    card = read_card(card_file, kind)
     shapes = _shapes(card_file, card["arrays"])
-    content = read_file(data_file, ModelError, MOST_BYTES + _OVERHEAD * (len(shapes) + 1))
-    found = hashlib.sha256(content).hexdigest()
-    if found != card["sha256"]:
-        raise ModelError(f"{data_file}: SHA-256 is {found}, the card says {card['sha256'][:80]}")
+    content = read_content(data_file, card, MOST_BYTES + _OVERHEAD * (len(shapes) + 1))
     return Model(card_file.stem, card_file, card, load_arrays(content, str(data_file), shapes=shapes))
 
 
-def _read_card(file: Path, kind: str) -> dict[str, Any]:
+def read_content(file: Path, card: Mapping[str, Any], most: int = MOST_BYTES) -> bytes:
+    """The bytes of a file that a card belongs to.
+
+    Raises:
+        ModelError: It cannot be read, is too large, or is not the one that the card tells of.
+    """
+    content = read_file(file, ModelError, most)
+    found = hashlib.sha256(content).hexdigest()
+    if found != card["sha256"]:
+        raise ModelError(f"{file}: SHA-256 is {found}, the card says {card['sha256'][:80]}")
+    return content
+
+
+def read_card(file: Path, kind: str) -> dict[str, Any]:
+    """The card of a model.
+
+    Raises:
+        ModelError: It is missing, damaged, or that of another kind of model.
+    """
     card = read_json(file, ModelError, _MOST_CARD)
     if not isinstance(card, dict):
         raise ModelError(f"{file}: is no model card: expected an object")
@@ -147,7 +165,7 @@ def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -
 
     Args:
         path: The file of arrays; its folder is created.
-        kind: `"q-network"`, `"forest"` or `"logistic"`.
+        kind: `"q-network"`, `"forest"`, `"logistic"` or `"colony-policy"`.
         arrays: What to store.
         card: How the model was made and how well it does; JSON values only.
 
@@ -155,14 +173,24 @@ def save_model(path: Path, kind: str, arrays: Arrays, card: Mapping[str, Any]) -
         ModelError: A file cannot be written.
     """
     content = save_arrays(path, arrays)
-    whole = {
-        "format": FORMAT,
-        "kind": kind,
-        **card,
-        "arrays": {key: list(array.shape) for key, array in arrays.items()},
-        "sha256": hashlib.sha256(content).hexdigest(),
-    }
-    replace_file(path.with_suffix(".json"), json.dumps(whole, indent=1) + "\n", ModelError)
+    shapes = {key: list(array.shape) for key, array in arrays.items()}
+    write_card(path.with_suffix(".json"), kind, {**card, "arrays": shapes}, content)
+
+
+def write_card(file: Path, kind: str, card: Mapping[str, Any], content: bytes) -> None:
+    """Write the card of a model.
+
+    Args:
+        file: Path of the card.
+        kind: As for `save_model`.
+        card: The same.
+        content: The bytes of the file that it belongs to.
+
+    Raises:
+        ModelError: It cannot be written.
+    """
+    whole = {"format": FORMAT, "kind": kind, **card, "sha256": hashlib.sha256(content).hexdigest()}
+    replace_file(file, json.dumps(whole, indent=1) + "\n", ModelError)
 
 
 def check_place(path: Path) -> None:

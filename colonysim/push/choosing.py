@@ -8,7 +8,8 @@ import numpy as np
 
 from colonysim.physics import wrap
 from colonysim.push.controls import CONTROLS, Control
-from colonysim.push.network import Float, QNetwork
+from colonysim.push.layers import Float
+from colonysim.push.network import Network
 from colonysim.push.state import State
 
 __all__ = ["BOLTZMANN", "Choose", "Testing", "boltzmann", "constant", "network_chooser"]
@@ -57,7 +58,7 @@ class _Trail:
 
 
 def network_chooser(
-    network: QNetwork, rng: np.random.Generator, testing: Testing = "greedy", beta: float = BOLTZMANN
+    network: Network, rng: np.random.Generator, testing: Testing = "greedy", beta: float = BOLTZMANN
 ) -> Choose:
     """A trained network's choice, without exploration.
 

@@ -129,7 +129,7 @@ class Pilot:
 
     def leave_box(self) -> Part:
         """Back off when a box stands right at the bumper, else do nothing."""
-        pose, bumper = self.pose, self.scene.model.bumper
+        pose, bumper = self.pose, self.scene.models[self.robot].bumper
         for i, spec in enumerate(self.scene.boxes):
             box = self.scene.box(i)
             ahead, aside = in_frame(pose, box.x, box.y)

@@ -68,7 +68,7 @@ def foresee(scene: Scene, robot: int, tasks: Sequence[PushTask], around: Surroun
     at: Pose | None = None
     for number, task in enumerate(tasks):
         pose, at = pose or scene.robot(robot), at or scene.box(task.box)
-        contact = scene.boxes[task.box].length / 2 + scene.model.bumper
+        contact = scene.boxes[task.box].length / 2 + scene.models[robot].bumper
         plan = plan_push(scene, task.box, task, around, at)
         without = replace(around, boxes=tuple(i for i in around.boxes if i != task.box))
         if number:

@@ -42,7 +42,7 @@ def chance_of_push(
     best, seen = 0.0, _with_box(around, task.box)
     for leg in first_legs(scene, task, around):
         part = leg_task(scene, task, leg)
-        here = gate(observe(scene.robot(robot), scene.box(task.box), part, scene.model.bumper))
+        here = gate(observe(scene.robot(robot), scene.box(task.box), part, scene.models[robot].bumper))
         if here >= threshold:
             return here
         best = max(best, here, *(chance for chance, _ in _places(scene, robot, part, gate, seen)))
@@ -86,7 +86,7 @@ def gated_push(
 
     def approach(pilot: Pilot, leg: Leg) -> Part:
         part = leg_task(scene, task, leg)
-        if gate(observe(pilot.pose, scene.box(task.box), part, scene.model.bumper)) >= LIKELY:
+        if gate(observe(pilot.pose, scene.box(task.box), part, scene.models[robot].bumper)) >= LIKELY:
             return "done"
         return (yield from _to_likely_place(pilot, part, gate, threshold, obstacles))
 
@@ -102,7 +102,7 @@ def _to_likely_place(pilot: Pilot, part: PushTask, gate: Gate, threshold: float,
     if (reason := (yield from pilot.leave_box())) != "done":
         return reason
     seen = pilot.near(around())
-    here = gate(observe(pilot.pose, scene.box(part.box), part, scene.model.bumper))
+    here = gate(observe(pilot.pose, scene.box(part.box), part, scene.models[robot].bumper))
     space = FreeSpace(scene, seen)
     for chance, place in sorted(_places(scene, robot, part, gate, seen), reverse=True):
         if chance < max(threshold, here):
@@ -113,7 +113,7 @@ def _to_likely_place(pilot: Pilot, part: PushTask, gate: Gate, threshold: float,
         if reason != "done":
             return reason
         at, pose = scene.box(part.box), pilot.pose
-        if gate(observe(pose, at, part, scene.model.bumper)) < threshold:
+        if gate(observe(pose, at, part, scene.models[robot].bumper)) < threshold:
             # The classifier was asked about a robot that looks at the box.
             return (yield from pilot.turn_to(math.atan2(at.y - pose.y, at.x - pose.x), _FACING))
         return "done"
@@ -133,7 +133,8 @@ def _places(
     space = FreeSpace(scene, around)
     for x, y, angle in points:
         if space.slack(x, y) >= 0.0:
-            yield gate(observe(Pose(x, y, pose.z, 0.0, 0.0, angle), at, part, scene.model.bumper)), (x, y)
+            chance = gate(observe(Pose(x, y, pose.z, 0.0, 0.0, angle), at, part, scene.models[robot].bumper))
+            yield chance, (x, y)
 
 
 def _with_box(around: Surroundings, box: int) -> Surroundings:

@@ -200,7 +200,7 @@ class ControlLoop:
 
     def __init__(self, pilot: Pilot, task: PushTask, rules: Rules) -> None:
         self._pilot, self._task, self._rules = pilot, task, rules
-        self._bumper = pilot.scene.model.bumper
+        self._bumper = pilot.scene.models[pilot.robot].bumper
         self._ticks, self._check_every = rules.ticks, rules.check_every
         self.state = self._look()
         self._started_at = self.state.cross_track

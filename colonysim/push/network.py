@@ -4,30 +4,33 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from colonysim.push.cards import ModelError, as_finite, load_model
+from colonysim.files import read_file
+from colonysim.push.cards import MOST_BYTES, ModelError, load_model
 from colonysim.push.controls import CONTROLS
+from colonysim.push.judging import STEP_TICKS
+from colonysim.push.layers import Float, Layer, arrays_of, forward, layers_from_arrays
+from colonysim.push.onnx import OnnxGraph
 from colonysim.push.state import FEATURES, features
 
 __all__ = [
     "INPUTS",
     "Inputs",
+    "Network",
     "QNetwork",
     "encode",
     "load_network",
     "network_from_arrays",
     "network_ticks",
+    "open_network",
     "random_network",
 ]
 
 Inputs = Literal["state", "line"]
-Float = npt.NDArray[np.float32]
-Layer = tuple[Float, Float]
-
 INPUTS: dict[Inputs, int] = {"state": 9, "line": FEATURES}
 """Width of the input: the nine numbers of paper Eq. 4 as they are, or in the frame of the push line."""
 
@@ -67,21 +70,35 @@ class QNetwork:
 
     def forward(self, encoded: Float) -> Float:
         """Q of every control for states that are encoded already."""
-        hidden = encoded
-        last = len(self.layers) - 1
-        for i, (weights, biases) in enumerate(self.layers):
-            hidden = hidden @ weights.T
-            hidden += biases
-            if i < last:
-                np.maximum(hidden, 0.0, out=hidden)
-        return hidden
+        return forward(self.layers, encoded)
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """The layers as named arrays."""
-        made: dict[str, npt.NDArray[Any]] = {}
-        for i, (weights, biases) in enumerate(self.layers):
-            made[f"w{i}"], made[f"b{i}"] = weights, biases
-        return made
+        return arrays_of(self.layers)
+
+
+class Network(Protocol):
+    """What chooses controls by their values: a `QNetwork`, or one in an ONNX file."""
+
+    @property
+    def inputs(self) -> Inputs:
+        """What it reads."""
+        ...
+
+    def values(self, states: npt.ArrayLike) -> Float:
+        """Q of every control, see `QNetwork.values`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class _OnnxNetwork:
+    """A Q network in an ONNX file."""
+
+    inputs: Inputs
+    graph: OnnxGraph
+
+    def values(self, states: npt.ArrayLike) -> Float:
+        return self.graph.forward(encode(self.inputs, states))
 
 
 def network_from_arrays(inputs: Inputs, arrays: Mapping[str, npt.NDArray[Any]]) -> QNetwork:
@@ -90,32 +107,29 @@ def network_from_arrays(inputs: Inputs, arrays: Mapping[str, npt.NDArray[Any]]) 
     Raises:
         ModelError: The arrays do not fit together.
     """
-    layers: list[Layer] = []
-    width = INPUTS[inputs]
-    while f"w{len(layers)}" in arrays:
-        weights = arrays[f"w{len(layers)}"]
-        biases = arrays.get(f"b{len(layers)}", np.zeros(0))
-        if weights.ndim != 2 or weights.shape[1] != width or biases.shape != weights.shape[:1]:
-            raise ModelError(
-                f"layer {len(layers)} has weights {weights.shape} and biases {biases.shape}, "
-                f"expected (n, {width}) and (n,)"
-            )
-        width = weights.shape[0]
-        number = len(layers)
-        layers.append((as_finite(weights, np.float32, f"w{number}"), as_finite(biases, np.float32, f"b{number}")))
-    if not layers or width != CONTROLS or len(arrays) != 2 * len(layers):
-        raise ModelError(f"{len(layers)} layers with {width} outputs, expected {CONTROLS} outputs")
-    _check_range(layers)
-    return QNetwork(inputs, tuple(layers))
+    return QNetwork(inputs, layers_from_arrays(arrays, INPUTS[inputs], CONTROLS, _LARGEST_INPUT))
 
 
-def _check_range(layers: Sequence[Layer]) -> None:
-    """Refuses weights with which the values of a state may not be finite numbers."""
-    largest = np.full(layers[0][0].shape[1], _LARGEST_INPUT)
-    for number, (weights, biases) in enumerate(layers):
-        largest = np.abs(weights.astype(np.float64)) @ largest + np.abs(biases)
-        if largest.max(initial=0.0) > np.finfo(np.float32).max:
-            raise ModelError(f"layer {number} has weights so large that values of controls would be infinite")
+def open_network(source: str | Path = "push") -> tuple[Network, int]:
+    """A network, and T of its training: control ticks of one action.
+
+    Args:
+        source: Name of a shipped one, the path of a card, or an ONNX file. An ONNX file reads the nine numbers of
+            paper Eq. 4 (input of shape (n, 9)) or the features that are made from them (n, 23), and gives a value for
+            each of the eight controls; its metadata may say `ticks`, which are else those of `colonysim/Push-v0`.
+
+    Raises:
+        MissingExtraError: It is an ONNX file, and ONNX Runtime is not installed.
+        ModelError: It is missing, damaged, or of the wrong shape.
+    """
+    file = Path(source)
+    if file.suffix != ".onnx":
+        return load_network(source), network_ticks(source)
+    graph = OnnxGraph(file, read_file(file, ModelError, MOST_BYTES), tuple(INPUTS.values()), CONTROLS)
+    inputs = next(name for name, width in INPUTS.items() if width == graph.inputs)
+    told = graph.metadata.get("ticks", str(STEP_TICKS))
+    ticks = int(told) if told.isdecimal() and len(told) < 9 else 0
+    return _OnnxNetwork(inputs, graph), _checked_ticks(ticks or told, file)
 
 
 def load_network(source: str | Path = "push") -> QNetwork:
@@ -141,9 +155,12 @@ def network_ticks(source: str | Path = "push") -> int:
         ModelError: The model is missing or damaged, or its card does not say.
     """
     model = load_model(source, "q-network")
-    ticks = model.card.get("ticks")
+    return _checked_ticks(model.card.get("ticks"), model.file)
+
+
+def _checked_ticks(ticks: Any, file: Path) -> int:
     if type(ticks) is not int or not 1 <= ticks <= _MOST_TICKS:
-        raise ModelError(f"{model.file}: ticks is {ticks!r:.80}, expected 1 to {_MOST_TICKS} control ticks")
+        raise ModelError(f"{file}: ticks is {ticks!r:.80}, expected 1 to {_MOST_TICKS} control ticks")
     return ticks
 
 

@@ -120,7 +120,7 @@ def _push_leg(pilot: Pilot, task: PushTask, leg: Leg, obstacles: Obstacles, spee
 def _touch(pilot: Pilot, box: int, heading: float) -> Part:
     """Drive straight ahead until the bumper is at the box."""
     scene = pilot.scene
-    contact = scene.boxes[box].length / 2 + scene.model.bumper + _CONTACT_SLACK
+    contact = scene.boxes[box].length / 2 + scene.models[pilot.robot].bumper + _CONTACT_SLACK
     until = scene.time + 4.0
     while True:
         pose, at = pilot.pose, scene.box(box)
@@ -139,7 +139,7 @@ def _track(pilot: Pilot, box: int, leg: Leg, pit: Pit | None, speed: float) -> P
     """Push the box along the leg's line until it is there, or until the bumper is past the pit's edge."""
     scene = pilot.scene
     line, c, s = leg.heading, math.cos(leg.heading), math.sin(leg.heading)
-    bumper = scene.model.bumper
+    bumper = scene.models[pilot.robot].bumper
     contact = scene.boxes[box].length / 2 + bumper
     coast = speed * speed / (2 * _BRAKING)
     best, since = math.inf, scene.time

@@ -31,7 +31,7 @@ def pressed(scene: Scene, robot: int, task: PushTask) -> bool:
         return False
     pose = scene.robot(robot)
     c, s = math.cos(task.line), math.sin(task.line)
-    nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - scene.model.bumper
+    nose = c * (task.goal[0] - pose.x) + s * (task.goal[1] - pose.y) - scene.models[robot].bumper
     return nose <= scene.terrain.pits[task.pit].side / 2 - OVERRUN
 
 

@@ -315,7 +315,7 @@ def coarsely_staged(pilot: Pilot, box: int, heading: float, any_heading: bool = 
 def in_place(pilot: Pilot, box: int, heading: float) -> bool:
     """Whether a robot already stands at the box's face and can push on without staging."""
     scene = pilot.scene
-    contact = scene.boxes[box].length / 2 + scene.model.bumper
+    contact = scene.boxes[box].length / 2 + scene.models[pilot.robot].bumper
     return at_face(pilot.pose, scene.box(box), contact, heading)
 
 

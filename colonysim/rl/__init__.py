@@ -1,6 +1,7 @@
-"""The colony as a place to learn in: environments for PettingZoo and RLlib, and the push as one of Gymnasium's.
+"""The colony as a place to learn in: environments of colonies and of the push, and files of learned policies.
 
-Needs the extra `rl`. Importing this registers the push environments (`colonysim/Push-v0` and so on).
+The environments need the extra `rl`; a learned policy runs without. Importing this registers the push environments
+(`colonysim/Push-v0` and so on), where Gymnasium is installed.
 
 Example:
     ```python
@@ -17,22 +18,27 @@ Example:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import MissingExtraError
+from colonysim.installing import install_command
+from colonysim.rl.models import PolicyModel, load_policy, save_policy
+from colonysim.rl.options import Options
+from colonysim.rl.rewards import REWARDS, Reward, Stretch
 
+_missing = ""
 try:
     from colonysim.push.registered import register
     from colonysim.rl.aec import ColonyAEC
-    from colonysim.rl.options import Options
     from colonysim.rl.parallel import ColonyParallel
-    from colonysim.rl.rewards import REWARDS, Reward, Stretch
     from colonysim.rl.rllib import ColonyMultiAgent
     from colonysim.rl.turns import Turns
+
+    register()
 except ModuleNotFoundError as error:
-    if error.name in ("gymnasium", "pettingzoo"):
-        raise MissingExtraError(f"learning needs {error.name}: pip install 'colonysim[rl]'") from error
-    raise
+    if error.name not in ("gymnasium", "pettingzoo"):
+        raise
+    _missing = error.name
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,11 +47,21 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
 __all__ = [
-    "REWARDS", "ColonyAEC", "ColonyMultiAgent", "ColonyParallel", "Options", "Reward", "Stretch", "Turns", "aec",
-    "multi_agent", "parallel",
+    "REWARDS", "ColonyAEC", "ColonyMultiAgent", "ColonyParallel", "Options", "PolicyModel", "Reward", "Stretch",
+    "Turns", "aec", "load_policy", "multi_agent", "parallel", "save_policy",
 ]  # fmt: skip
 
-register()
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        _need_extra()
+    raise AttributeError(f"module 'colonysim.rl' has no attribute {name!r}")
+
+
+def _need_extra() -> None:
+    """Environments need packages that a learned policy can be run without."""
+    if _missing:
+        raise MissingExtraError(f"learning needs {_missing}: {install_command('rl')}")
 
 
 def aec(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyAEC:
@@ -58,6 +74,7 @@ def aec(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyAE
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
     """
+    _need_extra()
     return ColonyAEC(Turns(scenario, **options))
 
 
@@ -71,6 +88,7 @@ def parallel(scenario: Scenario | str | Path, **options: Unpack[Options]) -> Col
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
     """
+    _need_extra()
     return ColonyParallel(Turns(scenario, busy=True, **options))
 
 
@@ -92,4 +110,5 @@ def multi_agent(scenario: Scenario | str | Path, **options: Unpack[Options]) -> 
                 rl.ColonyMultiAgent.__init__(self, rl.Turns("hard", **config))
         ```
     """
+    _need_extra()
     return ColonyMultiAgent(Turns(scenario, **options))

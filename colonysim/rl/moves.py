@@ -1,27 +1,13 @@
-"""The actions of a place, and what an agent knows of itself beyond its view."""
+"""The actions of a place, and the words of observations."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-__all__ = ["OUTCOMES", "PARTS", "Moves", "Own"]
+__all__ = ["OUTCOMES", "PARTS", "Moves"]
 
 PARTS = ("self", "neighbours", "pheromones", "boxes", "holes")
 """The parts of an observation, in their order in the flat form."""
 OUTCOMES = ("arrived", "blocked", "failed", "refused")
 """How an agent's last move came out; `refused`: the place was taken, and it did not begin."""
-
-
-class Own(NamedTuple):
-    """What an agent knows of itself beyond its view.
-
-    Attributes:
-        left: Steps that it may still begin, as a share of `max_steps`.
-        outcome: How its last move came out, see `OUTCOMES`; "" before the first.
-    """
-
-    left: float
-    outcome: str
 
 
 class Moves:

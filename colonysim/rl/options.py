@@ -36,6 +36,9 @@ class Options(TypedDict, total=False):
         flat: Whether an observation is one array; the mask of actions is in `infos` anyway.
         boxes: Of the boxes in sight, so many are told of; 8 by default.
         holes: The same of holes.
+        neighbours: None (by default): an observation has as many rows as a node of the place has neighbours at most,
+            and none for boxes and holes that the place does not have. A number: so many rows of neighbours, and `boxes`
+            and `holes` of the others, whatever the place is like, so that one network fits many places.
         hole: Which hole a box is meant for: "rule" (the one in sight for which B is largest), or "action".
         illegal: What an action does that the mask forbids: "wait" (for one edge's time; `infos` say "illegal"), or
             "raise".
@@ -55,6 +58,7 @@ class Options(TypedDict, total=False):
     flat: bool
     boxes: int
     holes: int
+    neighbours: int | None
     hole: str
     illegal: str
     trace: str | Path | None
@@ -62,8 +66,8 @@ class Options(TypedDict, total=False):
 
 DEFAULTS = Options(
     variant=None, overrides=None, backend="nodeworld", backend_options=None, policy=None, mode=None, seed=0,
-    pheromones="clear", reward="team_time", parts=PARTS, flat=False, boxes=8, holes=8, hole="rule", illegal="wait",
-    trace=None,
+    pheromones="clear", reward="team_time", parts=PARTS, flat=False, boxes=8, holes=8, neighbours=None, hole="rule",
+    illegal="wait", trace=None,
 )  # fmt: skip
 WORDS = {"pheromones": ("clear", "keep"), "hole": ("rule", "action"), "illegal": ("wait", "raise")}
 """The words that some options take."""

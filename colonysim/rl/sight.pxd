@@ -23,7 +23,7 @@ cdef class Sight:
     @cython.locals(best=int, hole=int, least=double, most=double, away=double, worth=double, window=FieldWindow)
     cpdef int meant_for(self, int box) except? -1
     @cython.locals(x=double, y=double, goal_x=double, goal_y=double)
-    cpdef of_self(self, own, float[::1] found, int at)
+    cpdef of_self(self, float[::1] found, int at)
     @cython.locals(view=LocalView, asked=cython.bint, k=int, j=int, hole=int, x=double, y=double, other_x=double, other_y=double)
     cpdef of_neighbours(self, float[::1] found, int at)
     @cython.locals(j=int, key=int, window=FieldWindow)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from colonysim.policies.view import FieldWindow, LocalView
-    from colonysim.rl.moves import Moves, Own
+    from colonysim.rl.moves import Moves
     from colonysim.world.intents import Intent
 
 __all__ = ["BOX", "HOLE", "NEIGHBOUR", "SELF", "Sight"]
@@ -121,14 +121,14 @@ class Sight:
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
-    def of_self(self, own: Own, found: array[float], at: int) -> None:
+    def of_self(self, found: array[float], at: int) -> None:
         """Writes `SELF` numbers of the agent itself."""
         view = self._view
         x, y = view.position(self.node)
         goal_x, goal_y = view.goal_position
         found[at], found[at + 1], found[at + 2] = goal_x - x, goal_y - y, view.held_box >= 0
-        found[at + 3], found[at + 4], found[at + 5] = view.waited, view.failures, own.left
-        outcome = "refused" if view.refused is not None else own.outcome
+        found[at + 3], found[at + 4], found[at + 5] = view.waited, view.failures, view.steps_left
+        outcome = "refused" if view.refused is not None else view.outcome
         if outcome:
             found[at + 6 + OUTCOMES.index(outcome)] = 1.0
 

@@ -1,12 +1,12 @@
-"""The spaces of observations and actions of a colony, and the arrays that lie in them."""
+"""The arrays that agents are told, and the spaces of observations and actions in which they lie."""
 
 from __future__ import annotations
 
 from array import array
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from gymnasium import spaces
 
 from colonysim.errors import ColonysimError
 from colonysim.rl.moves import OUTCOMES, PARTS, Moves
@@ -16,12 +16,12 @@ from colonysim.suggest import nearest
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from gymnasium import spaces
     from numpy.typing import NDArray
 
-    from colonysim.rl.moves import Own
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["Observation", "Observer"]
+__all__ = ["Observation", "Observer", "sizes_of"]
 
 Observation: TypeAlias = "NDArray[np.float32] | dict[str, NDArray[Any]]"
 """What an agent is told: in the flat form one array, else one array for each part, and the mask of actions."""
@@ -32,6 +32,21 @@ _NEIGHBOUR = ((0, 1), (-_INF, _INF), (-_INF, _INF), (0, _INF), *((0, 1),) * 6, (
 _BOX = ((0, 1), (-_INF, _INF), (-_INF, _INF), (0, _INF), (-1, 1))
 _HOLE = ((0, 1), (-_INF, _INF), (-_INF, _INF), (-_INF, _INF))
 """Least and greatest of each number."""
+
+
+def sizes_of(options: Mapping[str, Any]) -> tuple[int, int]:
+    """How many numbers an observation has, and how many actions there are.
+
+    Args:
+        options: As of `Observer.options`.
+    """
+    neighbours, boxes, holes = options["neighbours"], options["boxes"], options["holes"]
+    numbers = {
+        "self": len(_SELF), "neighbours": neighbours * len(_NEIGHBOUR),
+        "pheromones": (neighbours + 1) * len(options["fields"]), "boxes": boxes * (len(_BOX) + holes),
+        "holes": holes * len(_HOLE),
+    }  # fmt: skip
+    return sum(numbers[part] for part in options["parts"]), Moves(neighbours, holes, options["hole"] == "action").count
 
 
 class Observer:
@@ -45,28 +60,37 @@ class Observer:
         boxes: Of the boxes in sight, so many are told of, the nearest first.
         holes: Of the holes in sight, so many, by their numbers.
         by_action: Whether the action says which hole a box is meant for.
+        neighbours: Tell of so many neighbours, and of exactly so many boxes and holes, whatever the place has, so that
+            one network fits many places; None for as many as the place has.
         busy: Whether there is one more action, the last: to do nothing, which is all that agents can do that are not
             asked.
 
     Attributes:
         moves: The actions.
         names: The fields whose values at nodes are told.
-        observation_space: Of one agent.
-        action_space: Of one agent.
+        size: How many numbers an observation has.
+        actions: How many actions there are.
 
     Raises:
-        ColonysimError: There is no such part.
+        ColonysimError: There is no such part, or a node has more neighbours.
     """
 
     def __init__(
         self, scenario: Scenario, fields: Mapping[str, bool], *, parts: Sequence[str] = PARTS, flat: bool = False,
-        boxes: int = 8, holes: int = 8, by_action: bool = False, busy: bool = False,
+        boxes: int = 8, holes: int = 8, by_action: bool = False, neighbours: int | None = None,
+        busy: bool = False,
     ) -> None:  # fmt: skip
         for part in parts:
             if part not in PARTS:
                 raise ColonysimError(f"observations have no part {part!r}; {nearest(str(part), PARTS)}")
-        self._boxes, self._holes = min(boxes, len(scenario.boxes)), min(holes, len(scenario.holes))
-        neighbours = scenario.topology.most_neighbours
+        self._boxes, self._holes, most = boxes, holes, scenario.topology.most_neighbours
+        if neighbours is None:
+            neighbours = most
+            self._boxes, self._holes = min(boxes, len(scenario.boxes)), min(holes, len(scenario.holes))
+        elif neighbours < most:
+            raise ColonysimError(
+                f"scenario {scenario.name!r}: a node has {most} neighbours, and observations tell of {neighbours}"
+            )
         self.moves, self.busy = Moves(neighbours, self._holes, by_action), busy
         self.names = tuple(name for name, by_box in fields.items() if not by_box)
         rows = {
@@ -83,10 +107,27 @@ class Observer:
             self.size += each[..., 0].size
         self._zeros = bytes(4 * self.size)
         self.flat, self.actions = flat, self.moves.count + busy
-        self.action_space = spaces.Discrete(self.actions)
-        self.observation_space = self._space()
 
-    def _space(self) -> spaces.Space[Any]:
+    @property
+    def options(self) -> dict[str, Any]:
+        """What observations and actions are made of, as `colonysim.rl.save_policy` stores it."""
+        return {
+            "parts": [*self._slices], "neighbours": self.moves.neighbours, "boxes": self._boxes, "holes": self._holes,
+            "hole": "action" if self.moves.by_action else "rule", "fields": [*self.names],
+        }  # fmt: skip
+
+    @cached_property
+    def action_space(self) -> spaces.Discrete:
+        """Of one agent; needs Gymnasium."""
+        from gymnasium import spaces
+
+        return spaces.Discrete(self.actions)
+
+    @cached_property
+    def observation_space(self) -> spaces.Space[Any]:
+        """Of one agent; needs Gymnasium."""
+        from gymnasium import spaces
+
         low = np.concatenate([each[..., 0].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
         high = np.concatenate([each[..., 1].ravel() for each in self._bounds.values()] or [np.zeros(0, np.float32)])
         if self.flat:
@@ -101,17 +142,12 @@ class Observer:
         """What the agent of a view sees."""
         return Sight(view, self.moves, self._holes)
 
-    def numbers(self, sight: Sight, own: Own) -> NDArray[np.float32]:
-        """All parts of an observation, one after the other.
-
-        Args:
-            sight: What the agent sees.
-            own: What it knows of itself.
-        """
+    def numbers(self, sight: Sight) -> NDArray[np.float32]:
+        """All parts of an observation of what an agent sees, one after the other."""
         found = array("f", self._zeros)
         for part, cut in self._slices.items():
             if part == "self":
-                sight.of_self(own, found, cut.start)
+                sight.of_self(found, cut.start)
             elif part == "neighbours":
                 sight.of_neighbours(found, cut.start)
             elif part == "pheromones":

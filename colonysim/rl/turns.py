@@ -12,7 +12,6 @@ from colonysim.arguments import MAX_SEED, as_seed, whole
 from colonysim.errors import ColonysimError
 from colonysim.policies import Choice, Outside
 from colonysim.randomness import Streams
-from colonysim.rl.moves import Own
 from colonysim.rl.options import DEFAULTS, WORDS
 from colonysim.rl.recorded import begin_run
 from colonysim.rl.rewards import KINDS, Stretch, reward_of
@@ -104,9 +103,11 @@ class Turns:
         self._written = 0
         with Colony(scenario, policy=self._policy(), kinds=()) as colony:
             by_box = {name: field.by_box for name, field in colony.fields.items()}
+        most = given["neighbours"]
         self.observer = Observer(
             scenario, by_box, parts=tuple(given["parts"]), flat=given["flat"], boxes=whole("boxes", given["boxes"], 0),
-            holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action", busy=busy,
+            holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action",
+            neighbours=None if most is None else whole("neighbours", most), busy=busy,
         )  # fmt: skip
         self._clear()
 
@@ -385,8 +386,7 @@ class Turns:
         sight = self.sight(agent)
         if agent != self.asked:
             self._seen = None  # it may change before this agent is asked
-        own = Own(1.0 - colony.agents.steps_of(agent) / self.scenario.max_steps, self._last[agent])
-        return observer.numbers(sight, own), observer.mask(sight if self.asks(agent) else None)
+        return observer.numbers(sight), observer.mask(sight if self.asks(agent) else None)
 
     def observation(self, agent: int) -> Observation:
         """The observation of an agent."""

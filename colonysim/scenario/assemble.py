@@ -236,16 +236,26 @@ class _Assembly:
             count = (kind.columns * (kind.size + 1) - 1) * (kind.rows * (kind.size + 1) - 1)
         else:
             count = kind.columns * kind.rows if isinstance(kind, Grid) else kind.nodes
-        walls: list[int] = []
         if count > MAX_NODES:
             raise fault("topology", f"makes {count} nodes, expected at most {MAX_NODES}")
-        if isinstance(kind, Grid) and (many := grid_edges(kind.columns, kind.rows, kind.diagonals)) > MAX_EDGES:
-            raise fault("topology", f"makes {many} edges, expected at most {MAX_EDGES}")
+        self._index = {number: number for number in range(count)}
+        for n, number in enumerate(kind.without):
+            self._node(number, f"topology.without.{n}")
+        without = set(kind.without)
+        if isinstance(kind, Grid):
+            many = grid_edges(kind.columns, kind.rows, kind.diagonals, len(without))
+            if many > MAX_EDGES:
+                raise fault("topology", f"makes {many} edges, expected at most {MAX_EDGES}")
+            if not (kind.diagonals or kind.cut_corners):
+                raise fault("topology.cut_corners", "false beside no diagonals, expected `diagonals: true`")
         try:
             if isinstance(kind, Grid):
-                points, pairs = grid(kind.columns, kind.rows, kind.spacing, kind.diagonals)
+                points, pairs = grid(
+                    kind.columns, kind.rows, kind.spacing, kind.diagonals, kind.cut_corners, without
+                )  # fmt: skip
             elif isinstance(kind, Rooms):
                 (points, pairs), walls = rooms(kind.columns, kind.rows, kind.size, kind.spacing, kind.seed)
+                without.update(walls)
             elif isinstance(kind, Line):
                 points, pairs = line(kind.nodes, kind.spacing)
             elif isinstance(kind, Geometric):
@@ -256,10 +266,6 @@ class _Assembly:
                 points, pairs = ring(kind.nodes, kind.spacing)
         except ValueError as error:
             raise fault("topology", str(error)) from None
-        without = {*kind.without, *walls}
-        self._index = {number: number for number in range(count)}
-        for n, number in enumerate(kind.without):
-            self._node(number, f"topology.without.{n}")
         ids = [number for number in range(count) if number not in without]
         if not ids:
             raise fault("topology.without", "leaves no node")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.characters import printable
 from colonysim.scenario.format import FORM_TAGS, PhysicsSection, TimingSection
 from colonysim.scenario.places import Places, nearest_word
-from colonysim.scenario.schema import field_descriptions, scenario_schema
+from colonysim.scenario.schema import field_descriptions, format_schema
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -54,7 +54,6 @@ _ELSEWHERE = {
 
 _SECTIONS = {"groups": "GroupSection", "stops": "StopsSection"}
 _OF_GROUPS = {
-    "robot": "all robots of a scene are alike, `physics.robot` says what they are",
     "seed": "the seed belongs to the run; that of drawn start nodes stands in `agents`",
 }
 
@@ -185,7 +184,7 @@ def unknown_field(parts: Sequence[str], document: Mapping[str, Any]) -> str:
 
 def _siblings(parts: Sequence[str], document: Mapping[str, Any]) -> list[str]:
     """The fields that may stand beside the last of `parts`, from the schema of the format."""
-    schema = scenario_schema()
+    schema = format_schema()
     here: dict[str, Any] = schema
     value: Any = document
     for part in parts[:-1]:

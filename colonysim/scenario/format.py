@@ -123,6 +123,8 @@ class Grid(Generated):
     """Distance of neighbours, graph units."""
     diagonals: Flag = False
     """Whether diagonal neighbours are joined too."""
+    cut_corners: Flag = True
+    """Whether diagonal neighbours are joined though one of the two nodes beside their edge is left out."""
 
 
 class Line(Generated):
@@ -296,6 +298,44 @@ class GroupPolicy(BaseModel):
     """Name of another policy, or "package.module:Name"; all its parameters then stand here."""
 
 
+class RobotSection(Section):
+    """The robot in numbers; whatever is absent is as the preset has it, scaled along."""
+
+    preset: Text | None = None
+    """The robot that the numbers change: standard, half, an installed one's name, or "package.module:NAME"."""
+    scale: Annotated[float, Strict(), Field(gt=0, le=1e3, allow_inf_nan=False)] | None = None
+    """How many times as large as the standard robot: boxes, pits, the map and all clearances grow with it."""
+    length: Positive | None = None
+    """Of the chassis, from the bumper to the tail, metres."""
+    width: Positive | None = None
+    """Of the chassis, metres."""
+    clearance: Positive | None = None
+    """Height of the chassis' underside over the ground, metres."""
+    height: Positive | None = None
+    """Height of the chassis' upper side over the ground, metres."""
+    wheel_radius: Positive | None = None
+    """Radius of the wheels, metres."""
+    track: Positive | None = None
+    """Distance of the left from the right wheels, metres."""
+    wheelbase: Positive | None = None
+    """Distance of the front from the rear axle, metres."""
+    chassis_mass: Positive | None = None
+    """Mass of the robot without its wheels, kg."""
+    wheel_mass: Positive | None = None
+    """Mass of each of the four wheels, kg."""
+    wheel_speed: Positive | None = None
+    """Fastest that the motors turn the wheels, rad/s."""
+    grip: Positive | None = None
+    """Friction coefficient between tyres and ground."""
+    bumper_friction: Positive | None = None
+    """Friction coefficient of the chassis; that of a contact is the product with the box's."""
+
+
+RobotChoice = Annotated[
+    Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[RobotSection, Tag(FORM_TAGS[1])], Discriminator(_form)
+]
+
+
 class GroupSection(Section):
     """Agents that differ from others in something."""
 
@@ -311,6 +351,8 @@ class GroupSection(Section):
     """Whether they take hold of boxes and push them."""
     ignores: list[Text] = []
     """Names of the fields that they do not read: they see nodes as if nobody had ever marked them."""
+    robot: RobotChoice | None = None
+    """Their robot on a physics backend, of the same scale as `physics.robot`: a name, or {preset, numbers...}."""
     policy: (
         Annotated[Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[GroupPolicy, Tag(FORM_TAGS[1])], Discriminator(_form)]
         | None
@@ -413,44 +455,6 @@ class TerrainSection(Section):
     """Pits."""
     ramps: Annotated[list[RampSection], Field(max_length=MAX_PARTS)] = []
     """Ramps."""
-
-
-class RobotSection(Section):
-    """The robot in numbers; whatever is absent is as the preset has it, scaled along."""
-
-    preset: Text | None = None
-    """The robot that the numbers change: standard, half, an installed one's name, or "package.module:NAME"."""
-    scale: Annotated[float, Strict(), Field(gt=0, le=1e3, allow_inf_nan=False)] | None = None
-    """How many times as large as the standard robot: boxes, pits, the map and all clearances grow with it."""
-    length: Positive | None = None
-    """Of the chassis, from the bumper to the tail, metres."""
-    width: Positive | None = None
-    """Of the chassis, metres."""
-    clearance: Positive | None = None
-    """Height of the chassis' underside over the ground, metres."""
-    height: Positive | None = None
-    """Height of the chassis' upper side over the ground, metres."""
-    wheel_radius: Positive | None = None
-    """Radius of the wheels, metres."""
-    track: Positive | None = None
-    """Distance of the left from the right wheels, metres."""
-    wheelbase: Positive | None = None
-    """Distance of the front from the rear axle, metres."""
-    chassis_mass: Positive | None = None
-    """Mass of the robot without its wheels, kg."""
-    wheel_mass: Positive | None = None
-    """Mass of each of the four wheels, kg."""
-    wheel_speed: Positive | None = None
-    """Fastest that the motors turn the wheels, rad/s."""
-    grip: Positive | None = None
-    """Friction coefficient between tyres and ground."""
-    bumper_friction: Positive | None = None
-    """Friction coefficient of the chassis; that of a contact is the product with the box's."""
-
-
-RobotChoice = Annotated[
-    Annotated[Text, Tag(FORM_TAGS[2])] | Annotated[RobotSection, Tag(FORM_TAGS[1])], Discriminator(_form)
-]
 
 
 class PhysicsSection(Section):

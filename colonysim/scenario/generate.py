@@ -39,24 +39,39 @@ class TooManyEdgesError(ValueError):
     """A radius that joins more than MAX_EDGES pairs, or within which too many would have to be compared."""
 
 
-def grid(columns: int, rows: int, spacing: float, diagonals: bool) -> Place:
-    """A rectangular grid; node `row * columns + column` stands at (column, row) times `spacing`."""
+def grid(
+    columns: int, rows: int, spacing: float, diagonals: bool, cut_corners: bool = True,
+    without: Collection[int] = frozenset(),
+) -> Place:  # fmt: skip
+    """A rectangular grid; node `row * columns + column` stands at (column, row) times `spacing`.
+
+    Args:
+        columns: Nodes along x.
+        rows: Nodes along y.
+        spacing: Distance of neighbours, graph units.
+        diagonals: Whether diagonal neighbours are joined too.
+        cut_corners: Whether they are though one of the two nodes beside the diagonal is left out.
+        without: Nodes that are left out of the edges.
+    """
     points = [(round(c * spacing, 6), round(r * spacing, 6)) for r in range(rows) for c in range(columns)]
     steps = [(1, 0), (0, 1), (1, 1), (-1, 1)] if diagonals else [(1, 0), (0, 1)]
     edges = [
-        (r * columns + c, (r + dr) * columns + c + dc)
+        (i, j)
         for r in range(rows)
         for c in range(columns)
+        if (i := r * columns + c) not in without
         for dc, dr in steps
-        if 0 <= c + dc < columns and r + dr < rows
-    ]
+        if 0 <= c + dc < columns and r + dr < rows and (j := i + dr * columns + dc) not in without
+        and (cut_corners or not (dc and dr) or not (i + dc in without or j - dc in without))
+    ]  # fmt: skip
     return points, edges
 
 
-def grid_edges(columns: int, rows: int, diagonals: bool) -> int:
-    """How many edges such a grid has."""
+def grid_edges(columns: int, rows: int, diagonals: bool, left_out: int = 0) -> int:
+    """How many edges such a grid has; where nodes are left out of it, at most."""
     across = 2 * (columns - 1) * (rows - 1) if diagonals else 0
-    return (columns - 1) * rows + columns * (rows - 1) + across
+    return min((columns - 1) * rows + columns * (rows - 1) + across,
+               (columns * rows - left_out) * (4 if diagonals else 2))  # fmt: skip
 
 
 def line(nodes: int, spacing: float) -> Place:

@@ -30,6 +30,7 @@ class Group:
         ignores: Names of the fields that they do not read: they see nodes as if nobody had ever marked them.
         policy: Name of their own policy, or "package.module:Name"; None for the scenario's.
         parameters: Parameters of their policy that differ from the scenario's; all of them if `policy` is another one.
+        robot: Their robot with physics: its name, or numbers that differ from that of all; None for that one.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Group:
     ignores: tuple[str, ...] = ()
     policy: str | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    robot: str | Mapping[str, Any] | None = None
 
 
 def groups_of(file: ScenarioFile, counts: Sequence[int], main: str, places: Places) -> tuple[Group, ...]:
@@ -60,7 +62,7 @@ def groups_of(file: ScenarioFile, counts: Sequence[int], main: str, places: Plac
         same = [m for m, group in enumerate(found) if group.name == section.name]
         if same:
             raise places.fault(f"groups.{n}.name", f"groups.{same[0]} is called {section.name!r} too")
-        own = section.own_policy()
+        own, robot = section.own_policy(), section.robot
         name, parameters = (None, {}) if own is None else (own.name, dict(own.model_extra or {}))
         found.append(
             Group(
@@ -72,6 +74,7 @@ def groups_of(file: ScenarioFile, counts: Sequence[int], main: str, places: Plac
                 tuple(section.ignores),
                 None if name == main else name,
                 parameters,
+                robot if robot is None or isinstance(robot, str) else robot.model_dump(exclude_none=True),
             )
         )
         first += count
@@ -79,7 +82,7 @@ def groups_of(file: ScenarioFile, counts: Sequence[int], main: str, places: Plac
 
 
 def refuse_speeds(scenario: Scenario) -> None:
-    """Refuses groups that are faster or slower than others, for backends on which all robots are alike.
+    """Refuses groups that are said to be so many times as fast, for backends whose robots have motors.
 
     Raises:
         ScenarioError: There is one.
@@ -89,7 +92,7 @@ def refuse_speeds(scenario: Scenario) -> None:
             raise scenario.fault(
                 f"groups.{n}.speed",
                 f"{group.speed:g} is for backends without a clock of their own, such as the node world: on this one"
-                " all robots are alike, `physics.robot` says how fast they are; expected 1",
+                " the motors say how fast robots are, so a group's `robot`, as {wheel_speed: 5}, does; expected 1",
             )
 
 

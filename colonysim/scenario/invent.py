@@ -69,7 +69,7 @@ def invent(
     Raises:
         ColonysimError: It does not fit, or something is asked for that this kind of world does not have.
 
-    Example:
+    Examples:
         >>> invent("platforms", columns=2, rows=1, size=5)["holes"]
         [{'node': 27, 'depth': 1.0}]
     """

@@ -40,6 +40,8 @@ __all__ = [
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
+MODELS = (".json", ".npz", ".onnx")
+"""How the names of files end that a policy's parameter `model` can name."""
 _NUMBER = re.compile(r"[0-9]{1,9}")
 MAX_VARIANTS = 1000
 """Most variants of a scenario: `colonysim validate` checks each of them."""
@@ -106,7 +108,25 @@ def _opened(path_or_name: str | Path) -> tuple[dict[str, Any], dict[str, tuple[i
     document, positions = _read(path, source)
     if not is_stream(path):
         document.setdefault("name", printable(path.stem, MAX_NAME)[:MAX_NAME])
+        _anchor(document, Path(source).parent)
     return document, positions, source
+
+
+def _anchor(section: Any, folder: Path) -> None:
+    """Has the paths of models, which a file says relative to its own folder, begin at the working folder."""
+    if isinstance(section, list):
+        for each in section:
+            _anchor(each, folder)
+    elif isinstance(section, dict):
+        policy = section.get("policy")
+        if isinstance(policy, dict):
+            model = policy.get("model")
+            if isinstance(model, str) and model.endswith(MODELS) and not Path(model).is_absolute():
+                policy["model"] = (folder / model).as_posix()
+        _anchor(section.get("groups"), folder)
+        variants = section.get("variants")
+        if isinstance(variants, dict):
+            _anchor([*variants.values()], folder)
 
 
 def _made(draft: _Draft, variant: str | None, overrides: Overrides | None) -> Scenario:

@@ -147,13 +147,9 @@ class Scenario:
         return replace(self, policy=policy, parameters=parameters, policy_path=f"groups.{number}.policy")
 
     @property
-    def parts_of_groups(self) -> list[tuple[str | None, list[str]]]:
-        """For each group the policy that it names, or None, and the extra fields."""
-        found: list[tuple[str | None, list[str]]] = []
-        for group in self.groups:
-            extra = group.parameters.get("extra_fields") or ()
-            found.append((group.policy, [extra] if isinstance(extra, str) else [*extra]))
-        return found
+    def parts_of_groups(self) -> list[tuple[str | None, dict[str, Any]]]:
+        """For each group the policy that it names, or None, and its parameters."""
+        return [(group.policy, dict(group.parameters)) for group in self.groups]
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -180,6 +176,12 @@ class Scenario:
             f"<Scenario {self.name!r}: {len(self.topology)} nodes, {len(self.holes)} holes, {len(self.boxes)} boxes,"
             f" {len(self.agents)} agents, {self.digest[:12] or 'no digest'}>"
         )
+
+    def _repr_html_(self) -> str:
+        """A notebook's picture: the map as an episode begins."""
+        from colonysim.scenario.picture import picture
+
+        return picture(self)
 
     def fault(self, path: str, message: str) -> ScenarioError:
         """An error that says where in the file `path` stands, or what stands nearest above it."""

@@ -1,4 +1,4 @@
-"""The scenario format as a JSON Schema, and in words."""
+"""The scenario format as a JSON Schema, and in words; `policies/schema.py` adds the parameters of policies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from colonysim.scenario import format as scenario_format
 from colonysim.scenario import timeline
 from colonysim.scenario.format import ScenarioFile
 
-__all__ = ["field_descriptions", "scenario_schema"]
+__all__ = ["field_descriptions", "format_schema"]
 
 
 @cache
@@ -36,8 +36,8 @@ def field_descriptions() -> dict[str, dict[str, str]]:
 
 
 @cache
-def scenario_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of scenario files."""
+def format_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of scenario files, with any parameters of the policy."""
     schema = ScenarioFile.model_json_schema()
     for owner, fields in field_descriptions().items():
         described = schema if owner == "ScenarioFile" else schema["$defs"].get(owner, {})

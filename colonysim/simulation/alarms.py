@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import simpy
 
+from colonysim.simulation.order import LAST
 from colonysim.states import LARGEST
 
 if TYPE_CHECKING:
@@ -19,8 +20,6 @@ __all__ = ["Alarm", "Timer", "Timers"]
 
 MORE = 16
 """So many timers are made at once."""
-LAST = 8.0
-"""Bound of the priorities that alarms may have."""
 _OFF = -1.0
 """The priority of an alarm that is not scheduled."""
 

@@ -2,7 +2,7 @@
 cimport cython
 from colonysim.simulation.alarms cimport Alarm
 
-cdef double ORDER
+cdef double CLOCK
 cdef int _IDLE, _CALLED, _TICKING, _TOLD
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.backends.protocol import Finished
 from colonysim.simulation.alarms import Alarm
+from colonysim.simulation.order import CLOCK
 from colonysim.states import LARGEST
 from colonysim.world.plain import outcome_of, outcome_state
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Clock"]
 
-ORDER = 1.0
-"""SimPy's priority of the clock's events: before those of the agents."""
 _IDLE, _CALLED, _TICKING, _TOLD = 0, 1, 2, 3
 """Phases: nothing is pending; an action has just begun; a tick is under way; the actions that have ended are known and
 are told when their time has come."""
@@ -73,7 +72,7 @@ class Clock(Alarm):
         self._pending[agent] = until
         if self._phase == _IDLE:
             self._phase = _CALLED
-            self.arm(self._env, now, 0.0, ORDER)
+            self.arm(self._env, now, 0.0, CLOCK)
 
     def expects(self, agent: int) -> bool:
         """Whether the action of an agent is pending."""
@@ -107,7 +106,7 @@ class Clock(Alarm):
             reached, self._finished = self._advance(now, self._env.peek(), min(2 * now, self._latest()))
             if reached > now:
                 self._phase = _TOLD
-                self.arm(self._env, now, reached - now, ORDER)
+                self.arm(self._env, now, reached - now, CLOCK)
                 return
         for agent, outcome in self._finished:
             if agent in self._pending:
@@ -148,11 +147,11 @@ class Clock(Alarm):
             finished.append(Finished(each[0], outcome))
         self._finished, self._phase = finished, state.whole("phase", _IDLE, _TOLD)
         if self._phase != _IDLE:
-            self.arm(self._env, 0.0, state.real("due", now, LARGEST), ORDER)
+            self.arm(self._env, 0.0, state.real("due", now, LARGEST), CLOCK)
 
     def _begin_tick(self, now: float) -> None:
         self._phase = _TICKING
-        self.arm(self._env, now, self._tick, ORDER)
+        self.arm(self._env, now, self._tick, CLOCK)
 
     def _advance(self, now: float, due: float, last: float) -> tuple[float, Sequence[Finished]]:
         """Advances the backend until an action ends, but not to the time `due` nor beyond `last`.

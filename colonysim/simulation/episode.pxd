@@ -27,21 +27,15 @@ cdef class Process(Alarm):
     cpdef come(self, event)
 
 
-cdef class Ticker(Alarm):
-    cdef Episode _episode
-
-    cpdef come(self, event)
-
-
 cdef class Episode:
-    cdef public object rows, fields, backend, env, clock, timers, ticker, timeline
+    cdef public object rows, fields, backend, env, clock, timers, ticks, timeline
     cdef public Decider policy
     cdef public MotionType motion
     cdef public World world
     cdef public Draws ties
     cdef public Visit visit
     cdef public Waiting waiting
-    cdef public list memories, views, random, processes, marks, unmarked, outcomes, turns, active, decided
+    cdef public list memories, views, random, processes, marks, unmarked, outcomes
     cdef public set finished, short
     cdef public long long number, acting, standing, armed, timed, max_steps, stepped, pause_at, slice
     cdef public double now, due, last_outcome, stall, limit, edge_seconds, wall
@@ -55,7 +49,6 @@ cdef class Episode:
     cdef public bint alike, stops, loses, breaks
     cdef unsigned char[::1] pushes
     cdef double[::1] speeds
-    cdef public Decision stopped
     cdef readonly long long[::1] steps
 
     @cython.locals(view=LocalView, agent=int)
@@ -64,46 +57,47 @@ cdef class Episode:
     @cython.locals(rows=Rows, agents=cython.Py_ssize_t, due=double)
     cpdef bint go_on(self, double until=*) except? -1
     @cython.locals(rows=Rows)
-    cpdef bint _goes_on(self, double due) except? -1
+    cpdef bint goes_on(self, double due) except? -1
     cdef bint _anything_due(self) except? -1
     cdef bint _stalls(self, double due) except? -1
     @cython.locals(node=int)
     cdef _withdraw_request(self, int agent)
     @cython.locals(rested=cython.bint)
-    cpdef _resume(self, int agent)
+    cpdef resume(self, int agent)
     cdef _choose(self, int agent)
-    cdef _ask(self, int agent)
+    cpdef ask(self, int agent)
     @cython.locals(agent=int)
     cpdef answer(self, Decision decision)
     cdef _follow(self, int agent, Decision decision)
     @cython.locals(process=Process)
     cdef _expect(self, int agent, double seconds, double order)
-    cpdef _tick(self)
     @cython.locals(world=World)
-    cdef bint _done(self, int agent) except? -1
+    cpdef bint done(self, int agent) except? -1
     @cython.locals(view=LocalView, decision=Decision, stream=Drawn)
-    cdef Decision _decide(self, int agent)
+    cpdef Decision decide(self, int agent)
     @cython.locals(view=LocalView, rows=Rows, options=Options)
     cdef _note(self, int agent, Decision decision)
     cdef _look_again(self, LocalView view, Decision decision)
     @cython.locals(world=World, node=int)
-    cdef _reserve(self, int agent, Decision decision)
+    cpdef reserve(self, int agent, Decision decision)
+    @cython.locals(view=LocalView)
+    cpdef count_step(self, int agent)
     @cython.locals(node=int, box=int, hole=int, seconds=double)
-    cdef _act(self, int agent, Decision decision)
+    cpdef act(self, int agent, Decision decision)
     @cython.locals(motion=MotionType, at=int, fails=cython.bint, seconds=double)
     cdef double _undertake(self, int agent, int node, int box, int hole) except? -2
     @cython.locals(
         world=World, view=LocalView, rows=Rows, node=int, box=int, hole=int, origin=int, before=int, action=str, status=str, reason=str,
         lost=cython.bint, now_at=int,
     )
-    cdef bint _settle(self, int agent) except? -1
+    cpdef bint settle(self, int agent) except? -1
     cpdef stand_still(self, int agent, double until)
     @cython.locals(seconds=double)
     cdef _stand(self, int agent)
     @cython.locals(until=double)
-    cdef _stop_by_chance(self, int agent, bint rested)
+    cpdef stop_by_chance(self, int agent, bint rested)
     @cython.locals(rows=Rows, node=int)
-    cdef _note_stop(self, int agent)
+    cpdef note_stop(self, int agent)
     @cython.locals(world=World, rows=Rows, visibility=Visibility, count=int, clear=int)
     cdef _rest(self, int agent, wait)
     @cython.locals(short=cython.bint, more=int, seconds=double)
@@ -112,6 +106,6 @@ cdef class Episode:
     @cython.locals(view=LocalView)
     cdef _rested(self, int agent)
     @cython.locals(rows=Rows)
-    cdef _note_wait(self, int agent, nodes)
+    cpdef note_wait(self, int agent, nodes)
     @cython.locals(world=World, visit=Visit, rows=Rows, some=list, marks=Marks, count=int)
     cdef _deposit(self, str moment, int agent, int box=*, int hole=*, int left=*, int before=*)

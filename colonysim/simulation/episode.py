@@ -13,10 +13,12 @@ import simpy
 from colonysim.backends.motion import ByProtocol, Motion, move
 from colonysim.errors import PluginError
 from colonysim.pheromones.field import Visit
-from colonysim.policies.decision import Stream, new_decision
+from colonysim.policies.decision import Stream
 from colonysim.simulation.alarms import Alarm, Timers
 from colonysim.simulation.clock import Clock
 from colonysim.simulation.faults import FAILED, Breakdowns
+from colonysim.simulation.order import ENDS, MOVED, WOKEN
+from colonysim.simulation.ticks import Ticks
 from colonysim.simulation.timeline import Timeline
 from colonysim.simulation.waiting import Waiting
 from colonysim.states import MOST
@@ -39,12 +41,6 @@ if TYPE_CHECKING:
 
 __all__ = ["DOING", "Episode"]
 
-ENDS, WOKEN, MOVED = 2.0, 3.0, 4.0
-"""SimPy's priorities of what happens at one time: first what ends then, next who was called by it, last who has just
-made others choose. SimPy's own events (0 and 1), such as the ticks of a clock, come before.
-
-Within each the order is drawn: a priority is one of these numbers and a lot below 1.
-"""
 SHORTEST_WAIT = 1e-3
 """In units of a travelled edge's time."""
 ENOUGH = 100.0
@@ -80,29 +76,8 @@ class Process(Alarm):
     def come(self, event: simpy.Event) -> None:
         """Its action has ended, or it is to choose again."""
         episode = self._episode
-        if episode._goes_on(self._due):
-            episode._resume(self._agent)
-            if episode.awaited and episode.asked < 0:
-                episode.timeline.notice()
-
-
-class Ticker(Alarm):
-    """The process of a synchronous episode, which takes the place of the agents' own.
-
-    Args:
-        first_env: See `Alarm`.
-        episode: The episode.
-    """
-
-    def __init__(self, first_env: simpy.Environment, episode: Episode) -> None:
-        super().__init__(first_env)
-        self._episode = episode
-
-    def come(self, event: simpy.Event) -> None:
-        """The next tick begins."""
-        episode = self._episode
-        if episode._goes_on(self._due):
-            episode._tick()
+        if episode.goes_on(self._due):
+            episode.resume(self._agent)
             if episode.awaited and episode.asked < 0:
                 episode.timeline.notice()
 
@@ -111,7 +86,7 @@ class Episode:
     """One episode after another: the SimPy environment, the agents' processes and the bookkeeping around them.
 
     The process of an agent is an event that is scheduled for when its action ends or somebody wakes it, and what
-    happens then (`_resume`): the action's end is settled, and the agent looks, decides, reserves, and acts or waits.
+    happens then (`resume`): the action's end is settled, and the agent looks, decides, reserves, and acts or waits.
 
     If the policy's decisions come from outside (`Decider.outside`), everything stops where an agent has to decide:
     `asked` says which one, and `answer` goes on with its decision.
@@ -145,8 +120,8 @@ class Episode:
         self.waiting = Waiting(agents, len(world.topology), self._rouse)
         first_env = simpy.Environment()
         self.processes = [Process(first_env, self, agent) for agent in range(agents)]
-        self.timers, self.ticker = Timers(self._expired), Ticker(first_env, self)
-        self.clock = Clock(first_env, backend, self._latest, self._goes_on, self._ended)
+        self.timers, self.ticks = Timers(self._expired), Ticks(first_env, self)
+        self.clock = Clock(first_env, backend, self._latest, self.goes_on, self._ended)
         first_env.run()
         # What each agent is doing: where it goes, with which box for which hole, since when, and what will come of it.
         self.doing = bytearray(agents)
@@ -161,7 +136,6 @@ class Episode:
         self.random: list[Stream] = []
         self.visit, self.slice = Visit(), MOST
         self._differ(scenario, agents)
-        self.stopped = new_decision(None)  # of an agent that stands still when all act at once
         self.outside, self.asked = policy.outside, -1  # the agent that is asked for its decision, or -1
         # The changes of the scenario, and whether some of them wait for what agents do.
         self.timeline, self.awaited = Timeline(self, backend), False
@@ -193,7 +167,7 @@ class Episode:
         self.env = simpy.Environment()
         self.waiting.clear()
         self.timers.clear()
-        self.ticker.reset()
+        self.ticks.clear()
         for process in self.processes:
             process.reset()
         self.clock.begin(self.env, self.backend.tick)
@@ -210,15 +184,11 @@ class Episode:
         self.stuck, self.over, self.acting, self.standing, self.armed, self.timed = False, False, 0, 0, 0, 0
         self.short: set[int] = set()
         self.finished = {agent for agent in range(len(views)) if not self.timeline.takes_part(agent)}
-        # Of a synchronous tick: the agents that move, and of the others the nodes that they ask to be cleared, or -1.
-        self.turns: list[tuple[int, bool, int]] = []
-        # Of a tick that is not yet decided upon: its agents in order, and the decisions so far.
-        self.active: list[int] = []
-        self.decided: list[Decision] = []
         self.stepped, self.paused, self.pause_at, self.asked = 0, False, self.slice, -1
         self.edge_seconds, self.clocked = self.backend.edge_seconds, self.backend.tick is not None
         for view in views:
             view.edge_seconds, view.waited, view.refused, view.failures = self.edge_seconds, 0.0, None, 0
+            view.outcome, view.steps = "", 0
 
     def _seed(self, streams: Streams) -> None:
         """Starts the agents' own random streams; to seed a generator again takes half as long as to make one."""
@@ -237,7 +207,7 @@ class Episode:
 
     def close(self) -> None:
         """Lets go of what calls back, for it knows the episode."""
-        self.env = self.clock = self.waiting = self.timers = self.ticker = None  # type: ignore[assignment]
+        self.env = self.clock = self.waiting = self.timers = self.ticks = None  # type: ignore[assignment]
         self.timeline = None  # type: ignore[assignment]
         self.processes = []
 
@@ -255,20 +225,20 @@ class Episode:
         rows.begin(number)
         self.prepare(number, memories, streams, synchronous)
         self.timeline.begin()
-        for agent in self._drawn(self._present()):
+        for agent in self.drawn(self.present()):
             rows.event("start", agent, node=world.agent_node[agent])
             self._deposit("start", agent)
         if synchronous:
-            self.ticker.arm(self.env, 0.0, 0.0, ENDS)
+            self.ticks.arm(self.env, 0.0, 0.0, ENDS)
         else:
-            for agent in self._present():
+            for agent in self.present():
                 self._expect(agent, 0.0, ENDS)
 
     def _participants(self) -> list[int]:
         """The agents that are there from the start or join later in this episode."""
         return [agent for agent in range(len(self.views)) if self.timeline.takes_part(agent)]
 
-    def _present(self) -> list[int]:
+    def present(self) -> list[int]:
         """The agents that are there, wherever they have got to."""
         return [agent for agent, status in enumerate(self.world.agent_status) if status is not ABSENT]
 
@@ -285,7 +255,7 @@ class Episode:
         self.world.lose(agent)
         self.waiting.wake((self.world.agent_node[agent],))  # who waits for its box
         if absent:
-            self._done(agent)
+            self.done(agent)
         else:
             self.waiting.call(agent)
 
@@ -331,7 +301,7 @@ class Episode:
             self.stepped += 1
         return True
 
-    def _goes_on(self, due: float) -> bool:
+    def goes_on(self, due: float) -> bool:
         """Whether the episode has not ended by the time of an event that has just come; if so, that is the time now."""
         rows = self.rows
         self.due = due
@@ -402,7 +372,7 @@ class Episode:
 
     # -- the process of an agent -----------------------------------------------------------------------------------
 
-    def _resume(self, agent: int) -> None:
+    def resume(self, agent: int) -> None:
         """The alarm of an agent has come: its action has ended, or it is to choose again."""
         self.armed -= 1
         rested = False
@@ -412,9 +382,9 @@ class Episode:
             self.last_outcome = self.now
             if self.synchronous:
                 if self.acting == 0 and not self.clock.pending:
-                    self._tick()
+                    self.ticks.tick()
                 return
-            if self._settle(agent):
+            if self.settle(agent):
                 self._expect(agent, 0.0, MOVED)  # who waited for the place chooses before who comes from it
                 return
         elif self.doing[agent] == STANDING:
@@ -424,22 +394,22 @@ class Episode:
             self._rested(agent)
             rested = True
         if self.stops:
-            self._stop_by_chance(agent, rested)
+            self.stop_by_chance(agent, rested)
         self._choose(agent)
 
     def _choose(self, agent: int) -> None:
         """Look, decide, reserve, and act or wait, unless the agent is done or stands still."""
-        if self._done(agent):
+        if self.done(agent):
             return
         if self.still_until[agent] > self.now:
             self._stand(agent)
             return
         if self.outside:
-            self._ask(agent)
+            self.ask(agent)
         else:
-            self._follow(agent, self._decide(agent))
+            self._follow(agent, self.decide(agent))
 
-    def _ask(self, agent: int) -> None:
+    def ask(self, agent: int) -> None:
         """Has everything stop until the decision of an agent comes from outside."""
         self.views[agent].look()
         self.asked = agent
@@ -448,15 +418,14 @@ class Episode:
         """The agent that is asked, and in synchronous mode those that will be asked after it in the same tick."""
         if not self.synchronous:
             return [self.asked]
-        return [agent for agent in self.active[len(self.decided) :] if self.still_until[agent] <= self.now]
+        return self.ticks.to_decide()
 
     def answer(self, decision: Decision) -> None:
         """Goes on with the decision of the agent that is asked; then the next one may be."""
         agent, self.asked = self.asked, -1
         self._note(agent, decision)
         if self.synchronous:
-            self.decided.append(decision)
-            self._decide_in_turn()
+            self.ticks.answer(decision)
         else:
             self._follow(agent, decision)
         if self.awaited and self.asked < 0:
@@ -468,12 +437,12 @@ class Episode:
             self._rest(agent, None)
         elif decision.wait is not None:
             self._rest(agent, decision.wait)
-        elif blockers := self._reserve(agent, decision):
-            self._rest(agent, self._refused(agent, decision, blockers))
+        elif blockers := self.reserve(agent, decision):
+            self._rest(agent, self.refused(agent, decision, blockers))
         else:
-            self._act(agent, decision)
+            self.act(agent, decision)
 
-    def _drawn(self, agents: Iterable[int]) -> list[int]:
+    def drawn(self, agents: Iterable[int]) -> list[int]:
         """Agents in an order drawn anew, for whatever they do at one time."""
         lots = {agent: self.ties.draw(agent) for agent in agents}
         return sorted(lots, key=lots.__getitem__)
@@ -490,7 +459,7 @@ class Episode:
         self.acting += 1
         self._expect(agent, 0.0, ENDS)
 
-    def _done(self, agent: int) -> bool:
+    def done(self, agent: int) -> bool:
         """Whether the agent is finished for this episode; lets it leave at the goal."""
         world = self.world
         if world.agent_status[agent] is LOST:
@@ -514,7 +483,8 @@ class Episode:
             return True
         return False
 
-    def _decide(self, agent: int) -> Decision:
+    def decide(self, agent: int) -> Decision:
+        """What the policy has an agent do, which looks now."""
         view = self.views[agent]
         view.look()
         decision = self.policy.think(view, self.memories[agent], self.random[agent])
@@ -545,7 +515,7 @@ class Episode:
         if wait.seconds is None:
             decision.idle, decision.wait = False, Wait(wait.nodes, self.edge_seconds, wait.clear)
 
-    def _reserve(self, agent: int, decision: Decision) -> Sequence[int]:
+    def reserve(self, agent: int, decision: Decision) -> Sequence[int]:
         """Reserves what the move needs, all or none; returns the nodes that stand in the way."""
         world, kept, node = self.world, self.world.reserved[agent], decision.node
         places = self.motion.needs(agent, node, decision.box, decision.hole)
@@ -555,7 +525,7 @@ class Episode:
             self.waiting.wake(nodes_of(kept))
         return ()
 
-    def _refused(self, agent: int, decision: Decision, blockers: Sequence[int]) -> Wait:
+    def refused(self, agent: int, decision: Decision, blockers: Sequence[int]) -> Wait:
         """The wait until what stands in the way of a move may have gone."""
         view = self.views[agent]
         view.refused = decision.intent(view)
@@ -563,10 +533,16 @@ class Episode:
         clear = blockers[0] if decision.box >= 0 else -1
         return Wait(tuple(blockers), self.edge_seconds, clear)
 
-    def _act(self, agent: int, decision: Decision) -> None:
+    def count_step(self, agent: int) -> None:
+        """An agent begins a step, or spends one waiting where all act at once."""
+        view = self.views[agent]
+        self.steps[agent] += 1
+        view.steps = self.steps[agent]
+
+    def act(self, agent: int, decision: Decision) -> None:
         """Begins a move for which everything is reserved."""
         node, box, hole = decision.node, decision.box, decision.hole
-        self.steps[agent] += 1
+        self.count_step(agent)
         self.short_waits[agent] = 0
         if self.asks[agent] >= 0:
             self._withdraw_request(agent)
@@ -607,7 +583,7 @@ class Episode:
             motion.outcome = Outcome("failed", at, reason=FAILED)
         return seconds / self.speeds[agent]
 
-    def _settle(self, agent: int) -> bool:
+    def settle(self, agent: int) -> bool:
         """Applies what came of a move, deposits, and wakes who waited for what it changed; returns whether any did."""
         world, view, rows, node = self.world, self.views[agent], self.rows, self.target[agent]
         box, hole, outcome = self.box[agent], self.hole[agent], self.outcomes[agent]
@@ -626,7 +602,7 @@ class Episode:
         elif self.short:
             self.short.discard(agent)
         view.waited, view.refused = 0.0, None
-        view.failures = 0 if status == "arrived" else view.failures + 1
+        view.outcome, view.failures = status, 0 if status == "arrived" else view.failures + 1
         rows.ended(agent, action, origin, node, box, hole, status, reason, self.steps[agent], self.began[agent], now_at)
         if now_at != origin:
             self._deposit("arrive", agent, -1, -1, origin, before)
@@ -658,19 +634,20 @@ class Episode:
         self.still_until[agent] = self.now + seconds  # exactly when its alarm comes
         if self.asks[agent] >= 0:
             self._withdraw_request(agent)
-        self._note_stop(agent)
+        self.note_stop(agent)
         self.doing[agent] = STANDING
         self.standing += 1
         self._expect(agent, seconds, ENDS)
 
-    def _stop_by_chance(self, agent: int, rested: bool) -> None:
+    def stop_by_chance(self, agent: int, rested: bool) -> None:
         """Lets an agent that is about to choose stand still if it has broken down, see `Breakdowns.still_until`."""
         assert self.faults is not None
         until = self.faults.still_until(agent, self.now, rested)
         if until > self.still_until[agent]:
             self.still_until[agent] = until
 
-    def _note_stop(self, agent: int) -> None:
+    def note_stop(self, agent: int) -> None:
+        """Writes down that an agent stands still."""
         rows = self.rows
         if rows.kept or rows.hears_waits:
             node = self.world.agent_node[agent]
@@ -695,9 +672,9 @@ class Episode:
             self.waiting.begin_at(agent, visibility.found, count)
             if rows.kept or rows.hears_waits:
                 nodes = (min(visibility.found[:count], default=-1),)
-            self._note_wait(agent, nodes)
+            self.note_wait(agent, nodes)
         else:
-            self._note_wait(agent, wait.nodes)
+            self.note_wait(agent, wait.nodes)
             number = self.waiting.begin(agent, wait.nodes)
             if wait.seconds is not None:
                 seconds = self._length(agent, wait.seconds)
@@ -730,7 +707,7 @@ class Episode:
 
     def _expired(self, wait: int, due: float) -> None:
         """The time of a wait has come."""
-        if self._goes_on(due):
+        if self.goes_on(due):
             self.waiting.expire(wait)
 
     def _rouse(self, agent: int) -> None:
@@ -751,89 +728,13 @@ class Episode:
             self.world.unask(node)
             self.waiting.wake((node,))
 
-    def _note_wait(self, agent: int, nodes: Sequence[int]) -> None:
+    def note_wait(self, agent: int, nodes: Sequence[int]) -> None:
+        """Writes down that an agent waits for a change on one of the nodes; it leaves its marks of that."""
         rows = self.rows
         if rows.kept or rows.hears_waits:
             target = nodes[0] if nodes else -1
             self.rows.event("wait", agent, "wait", self.world.agent_node[agent], target, step=self.steps[agent])
         self._deposit("wait", agent)
-
-    # -- synchronous: all agents decide on the same state, then all move --------------------------------------------
-
-    def _tick(self) -> None:
-        """What the last tick came to is applied, and the next one begins."""
-        if self.turns:
-            self._apply_turns()
-        self._take_turns()
-
-    def _take_turns(self) -> None:
-        """All decide, and those begin to move whose places are free."""
-        going = [agent for agent in self._present() if agent not in self.finished]
-        self.active, self.decided = [agent for agent in self._drawn(going) if not self._done(agent)], []
-        for agent in self.active if self.stops else ():
-            self._stop_by_chance(agent, False)
-        self._decide_in_turn()
-
-    def _decide_in_turn(self) -> None:
-        """Those who have not decided yet do so, or the next of them is asked; after the last one all move."""
-        while len(self.decided) < len(self.active):
-            agent = self.active[len(self.decided)]
-            if self.still_until[agent] > self.now:
-                self.decided.append(self.stopped)
-            elif self.outside:
-                self._ask(agent)
-                return
-            else:
-                self.decided.append(self._decide(agent))
-        self._begin_turns()
-
-    def _begin_turns(self) -> None:
-        """All have decided: those begin to move whose places are free."""
-        active, decisions, self.active, self.decided = self.active, self.decided, [], []
-        timed, moving = False, 0
-        for agent, decision in zip(active, decisions, strict=True):
-            moves = False
-            if decision is self.stopped:
-                timed = True
-                self._note_stop(agent)
-                self.turns.append((agent, False, -1))
-                continue
-            if decision.node < 0:
-                wait = decision.waits(self.views[agent])
-                # Whoever is asked for the first time to clear a node can hear it at the next tick.
-                asks = wait.clear >= 0 and wait.clear not in self.world.clear_requests
-                timed = timed or asks or wait.seconds is not None
-            elif blockers := self._reserve(agent, decision):
-                timed, wait = True, self._refused(agent, decision, blockers)
-            else:
-                moves, moving = True, moving + 1
-            if not moves:
-                self._note_wait(agent, wait.nodes)
-                self.views[agent].waited += 1.0
-            clear = -1 if moves or decision.wait is None else decision.wait.clear
-            self.turns.append((agent, moves, clear))
-        if not moving and not timed and self.timeline.armed == 0:
-            self.stuck = True  # unless all have finished, nobody will do anything more
-            return
-        for (agent, moves, _), decision in zip(self.turns, decisions, strict=True):
-            if moves:
-                self._act(agent, decision)
-        if not moving:
-            self.ticker.arm(self.env, self.now, self.edge_seconds, ENDS)
-
-    def _apply_turns(self) -> None:
-        """All actions of a tick have ended: what came of them is applied in the order in which they began."""
-        world, turns, self.turns = self.world, self.turns, []
-        for node in list(world.clear_requests):
-            world.unask(node)
-        for agent, moves, clear in turns:
-            if moves:
-                self._settle(agent)
-                continue
-            self.steps[agent] += 1
-            if clear >= 0 and clear not in world.clear_requests:
-                world.ask(agent, clear)
-                self.asks[agent] = clear
 
     # -- marks -----------------------------------------------------------------------------------------------------
 

@@ -7,11 +7,10 @@ from array import array
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from colonysim.policies.decision import decision_of, decision_state
-from colonysim.simulation.alarms import LAST
 from colonysim.simulation.episode import DOING
+from colonysim.simulation.order import LAST
 from colonysim.states import LARGEST, MOST, Stored
-from colonysim.world.plain import move_of, move_state, outcome_of, outcome_state
+from colonysim.world.plain import STATUSES, move_of, move_state, outcome_of, outcome_state
 
 if TYPE_CHECKING:
     from colonysim.randomness import Streams
@@ -43,15 +42,13 @@ def episode_state(episode: Episode) -> State:
         "doing": bytes(episode.doing), "expires": bytes(episode.expires),
         "outcomes": [outcome_state(outcome) for outcome in episode.outcomes],
         "finished": sorted(episode.finished), "short": sorted(episode.short),
-        "turns": [list(turn) for turn in episode.turns],
-        "asked": episode.asked, "active": list(episode.active),
-        "decided": [None if each is episode.stopped else decision_state(each) for each in episode.decided],
+        "asked": episode.asked,
         "waited": array("d", [view.waited for view in views]), "failures": [view.failures for view in views],
-        "refused": [move_state(view.refused) for view in views],
+        "refused": [move_state(view.refused) for view in views], "last": [view.outcome for view in views],
         "alarms": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in alarms]),
         "orders": array("d", [alarm.order for alarm in alarms]),
-        "tick": [episode.ticker.due if episode.ticker.scheduled else 0.0, episode.ticker.order],
-        "timers": episode.timers.state(), "clock": episode.clock.state(), "waiting": episode.waiting.state(),
+        "ticks": episode.ticks.state(), "timers": episode.timers.state(), "clock": episode.clock.state(),
+        "waiting": episode.waiting.state(),
         "faults": None if episode.faults is None else episode.faults.state(),
         "timeline": episode.timeline.state(), "ties": episode.ties.numbers(),
         "generators": array("I", chain.from_iterable(words for _, words, _ in generators)),
@@ -94,16 +91,18 @@ def restore_episode(
     outcomes = [outcome_of(each, world, "an outcome") for each in told.listed("outcomes", agents)]
     episode.finished = set(told.wholes("finished", None, 0, agents - 1))
     episode.short = set(told.wholes("short", None, 0, agents - 1))
-    episode.turns = [_turn(told, turn, agents, nodes) for turn in told.listed("turns")]
-    episode.asked, episode.active = told.whole("asked", -1, agents - 1), told.wholes("active", None, 0, agents - 1)
-    decided = [decision_of(each, world, "a decision") for each in told.listed("decided")]
-    episode.decided = [episode.stopped if each is None else each for each in decided]
+    episode.asked = told.whole("asked", -1, agents - 1)
+    episode.ticks.restore(told.part("ticks"))
     if episode.asked >= 0 and not episode.outside:
         raise told.fault("asked", episode.asked, "an agent whose decisions come from outside")
     waited, failures = told.column("waited", "d", agents, 0.0, LARGEST), told.wholes("failures", agents)
     refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
+    last = told.listed("last", agents)
+    if not all(each == "" or each in STATUSES for each in last):
+        raise told.fault("last", last, f"one of {', '.join(STATUSES)}, or nothing")
     for agent, view in enumerate(episode.views):
         view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
+        view.outcome, view.steps = last[agent], columns["steps"][agent]
         view.look()
     if episode.faults is not None:  # after the looks above, which draw
         episode.faults.restore(told.part("faults"))
@@ -123,7 +122,8 @@ def restore_episode(
             outcomes[agent],
         )
     acts = [agent for agent in range(agents) if doing[agent] == ACTING]
-    if any(episode.target[agent] < 0 for agent in (*acts, *(agent for agent, moves, _ in episode.turns if moves))):
+    moving = [agent for agent, moves, _ in episode.ticks.turns if moves]
+    if any(episode.target[agent] < 0 for agent in (*acts, *moving)):
         raise told.fault("target", columns["target"], "a node for each agent that acts")
     episode.timed, episode.acting = sum(expires), sum(not episode.clock.expects(agent) for agent in acts)
     episode.standing = sum(each == STANDING for each in doing)
@@ -132,14 +132,10 @@ def restore_episode(
 
 
 def _restore_alarms(episode: Episode, told: Stored) -> None:
-    """Schedules the agents' alarms, and that of a synchronous episode, in the new environment."""
+    """Schedules the agents' alarms in the new environment."""
     agents = len(episode.processes)
     due, orders = told.column("alarms", "d", agents), told.column("orders", "d", agents, -1.0, LAST)
-    ticker = Stored(dict(zip(("due", "order"), told.listed("tick", 2), strict=True)), "tick")
-    for alarm, at, order in (
-        *zip(episode.processes, due, orders, strict=True),
-        (episode.ticker, ticker.real("due", 0.0, LARGEST), ticker.real("order", -1.0, LAST)),
-    ):
+    for alarm, at, order in zip(episode.processes, due, orders, strict=True):
         if order >= 0.0:
             if not episode.now <= at <= LARGEST:
                 raise told.fault("alarms", at, "times that are still to come")
@@ -158,11 +154,3 @@ def resume_streams(episode: Episode, told: Stored) -> None:
             stream.generator.setstate((GENERATOR, own, gauss[agent]))
         except (TypeError, ValueError) as error:
             raise told.fault("generators", str(error), "states of Python's generator") from None
-
-
-def _turn(told: Stored, given: object, agents: int, nodes: int) -> tuple[int, bool, int]:
-    """An agent of a synchronous tick, whether it moves, and the node that it asks to be cleared."""
-    if isinstance(given, list) and len(given) == 3:
-        each = Stored(dict(zip(("agent", "moves", "clear"), given, strict=True)), "turns")
-        return each.whole("agent", 0, agents - 1), each.flag("moves"), each.whole("clear", -1, nodes - 1)
-    raise told.fault("turns", given, "agent, whether it moves, and a node")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from colonysim import __version__
 from colonysim.errors import ColonysimError, PluginError, ScenarioError
 from colonysim.policies.decision import decision_of, decision_state
+from colonysim.provenance import files_of, other_file
 from colonysim.randomness import Streams
 from colonysim.simulation.episode_state import episode_state, restore_episode, resume_streams
 from colonysim.simulation.groups import GroupPolicies
@@ -333,9 +334,11 @@ def saved_of(colony: Colony, extra: Mapping[str, Any] | None = None) -> Saved:
         raise ColonysimError("a colony cannot be saved in the middle of a measurement")
     state = state_of(colony)
     scenario = colony._course.scenario if state["course"] else colony.scenario
+    files = files_of(scenario.parameters, colony._origin.options, scenario.parts_of_groups)
     return Saved(
-        scenario.document, scenario.digest, colony._origin, colony.mode, colony._count, state, __version__, extra or {}
-    )
+        scenario.document, scenario.digest, colony._origin, colony.mode, colony._count, state, __version__, extra or {},
+        files,
+    )  # fmt: skip
 
 
 @contextmanager
@@ -378,6 +381,8 @@ def loaded(
     place = scenario_of(saved, path, scenario)
     try:
         mover, options = backend_of(saved, backend, backend_options)
+        if other := other_file(saved.files, files_of(place.parameters, options, place.parts_of_groups)):
+            raise ColonysimError(f"saved with {other}")
         colony = kind(
             place, backend=mover, backend_options=options, policy=policy_of(saved, policy), mode=saved.mode, sink=sink,
             episodes=saved.episodes, decisions=decisions, kinds=kinds,

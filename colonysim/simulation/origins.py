@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.simulation.saving import Saved
 
-__all__ = ["Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others", "scenario_of"]
+__all__ = [
+    "Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others",
+    "refuse_executor_of_others", "scenario_of",
+]  # fmt: skip
 
 
 def origin_of(
@@ -71,7 +74,7 @@ def scenario_of(saved: Saved, path: Path, scenario: Scenario | str | Path | None
 
 
 def refuse_code_of_others(scenario: Scenario, way: str) -> None:
-    """Refuses a scenario out of a file that would have fields or a robot of others imported.
+    """Refuses a scenario out of a file that would have fields, groups' policies or robots of others imported.
 
     Args:
         scenario: The scenario.
@@ -80,14 +83,27 @@ def refuse_code_of_others(scenario: Scenario, way: str) -> None:
     Raises:
         PluginError: It would.
     """
-    extra = scenario.parameters.get("extra_fields") or ()
-    others = [name for name in extra if not known("fields", str(name))]
-    robot = scenario.physics.get("robot")
-    named = robot.get("preset") if isinstance(robot, dict) else robot
-    if isinstance(named, str) and not known("robots", named):
-        others.append(of_others(scenario) or named)
+    groups = scenario.parts_of_groups
+    extra = [*(scenario.parameters.get("extra_fields") or ()), *(name for _, own in groups for name in own)]
+    others = [str(name) for name in extra if not known("fields", str(name))]
+    others += [policy for policy, _ in groups if policy is not None and not known("policies", policy)]
+    others += of_others(scenario)
     if others:
         raise PluginError(f"names code of others, which no file imports by itself: {', '.join(others)}; give {way}")
+
+
+def refuse_executor_of_others(options: Mapping[str, Any] | None) -> None:
+    """Refuses options of a backend, out of a file, that would have a push executor of others imported.
+
+    Raises:
+        PluginError: They would.
+    """
+    push = (options or {}).get("push")
+    if isinstance(push, str) and not known("executors", push):
+        raise PluginError(
+            f"its push executor {push!r} is code of others, which no file imports by itself; give the backend, made "
+            f"with it: backend=..."
+        )
 
 
 def backend_of(
@@ -104,6 +120,7 @@ def backend_of(
         return backend, origin.options if options is None and same else options
     if origin.options is None:
         raise PluginError(f"its backend {origin.backend!r} was given as an object; give another one, backend=")
+    refuse_executor_of_others(origin.options if options is None else options)
     if not known("backends", origin.backend):
         raise PluginError(
             f"its backend {origin.backend!r} is code of others, which no file imports by itself; give "

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["VERSION", "Origin", "Saved", "read_saved", "write_saved"]
 
 FORMAT = "colonysim colony"
-VERSION = 1
+VERSION = 2
 """Of the format; another one is not read."""
 TEXT = "colony.json"
 """The text's name in the archive."""
@@ -77,6 +77,7 @@ class Saved:
         state: All else, by parts.
         version: Of the package that wrote it.
         extra: What else the writer wants to know later, as JSON has it.
+        files: The files of models that it was made with, as of `provenance.files_of`.
     """
 
     document: Mapping[str, Any]
@@ -87,6 +88,7 @@ class Saved:
     state: State
     version: str
     extra: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, Any] = field(default_factory=dict)
 
 
 def write_saved(path: Path, saved: Saved) -> None:
@@ -100,7 +102,7 @@ def write_saved(path: Path, saved: Saved) -> None:
         "format": FORMAT, "schema": VERSION, "colonysim": saved.version, "scenario_sha256": saved.digest,
         "scenario": saved.document, "backend": saved.origin.backend, "options": saved.origin.options,
         "policy": saved.origin.policy, "made": saved.origin.made, "mode": saved.mode, "episodes": saved.episodes,
-        "extra": saved.extra,
+        "extra": saved.extra, "files": saved.files,
         "state": _written(saved.state, arrays, "state"),
     }  # fmt: skip
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
@@ -179,10 +181,11 @@ def read_saved(path: Path) -> Saved:
         raise ColonysimError(f"{path}: damaged: neither scenario nor options may be anything but mappings")
     asked = None if policy is None else about.text("policy")
     origin = Origin(about.text("backend"), options, asked, about.flag("made"))
-    extra = about.take("extra")
+    extra, files = about.take("extra"), about.take("files")
     return Saved(
         document, about.text("scenario_sha256"), origin, about.text("mode"), about.whole("episodes", 0, MAX_SEED),
         state, about.text("colonysim"), extra if isinstance(extra, dict) else {},
+        files if isinstance(files, dict) else {},
     )  # fmt: skip
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import simpy
 
-from colonysim.simulation.alarms import LAST, Alarm
+from colonysim.simulation.alarms import Alarm
+from colonysim.simulation.order import CHANGE_STEP, CHANGES, LAST
 from colonysim.states import LARGEST
 from colonysim.world.changing import make, possible
 from colonysim.world.state import AgentStatus
@@ -20,15 +21,8 @@ if TYPE_CHECKING:
     from colonysim.simulation.episode import Episode
     from colonysim.states import State, Stored
 
-__all__ = ["CHANGES_FIRST", "Timeline"]
+__all__ = ["Timeline"]
 
-CHANGES_FIRST = 1.5
-"""SimPy's priority of changes: after its own events, before whatever else happens at that time (see `episode.ENDS`).
-
-Changes of one time happen in the order of the file.
-"""
-STEP = 1e-6
-"""By so much their priorities differ from one to the next."""
 _OF_PLACE = ("add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal")
 """Kinds of changes that happen before a backend builds the place, if they happen at the very start of an episode."""
 
@@ -112,12 +106,12 @@ class Timeline:
         return agent < self._starters or agent in self._joining
 
     def _arm(self, alarm: _Due, now: float, seconds: float) -> None:
-        alarm.arm(self._episode.env, now, seconds, CHANGES_FIRST + STEP * alarm.change.number)
+        alarm.arm(self._episode.env, now, seconds, CHANGES + CHANGE_STEP * alarm.change.number)
         self.armed += 1
 
     def come(self, alarm: _Due, due: float) -> None:
         """The time of a change has come."""
-        going_on = self._episode._goes_on(due)  # while a change is to come nothing has stalled
+        going_on = self._episode.goes_on(due)  # while a change is to come nothing has stalled
         self.armed -= 1
         if not going_on:
             return
@@ -144,7 +138,8 @@ class Timeline:
     def state(self) -> State:
         """When each change comes, if it does, and which of them wait for something else."""
         return {
-            "due": array("d", [alarm.due for alarm in self._alarms]),
+            # One that is not scheduled may still have the time that it had in another episode.
+            "due": array("d", [alarm.due if alarm.scheduled else 0.0 for alarm in self._alarms]),
             "orders": array("d", [alarm.order for alarm in self._alarms]),
             "waiting": [alarm.change.number for alarm in self.waiting],
         }

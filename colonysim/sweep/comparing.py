@@ -101,23 +101,30 @@ class Pooled:
 
 
 def compare(
-    paths: Sequence[str | Path], *, by: str | None = None, episodes: tuple[int, int] | None = None
+    paths: Sequence[str | Path],
+    *,
+    by: str | None = None,
+    episodes: tuple[int, int] | None = None,
+    by_group: bool = False,
 ) -> list[Difference]:
     """Compares runs and trials that differ in one column, paired by seed.
 
     Args:
         paths: Directories of runs and sweeps.
         by: The column whose values are compared, the first that comes being the reference: one of the settings,
-            `version` (runs only), or `source`, the directory. By default the only one that varies, or `source` where
-            that does not tell the directories apart.
+            `version` (runs only), `group` (groups of agents with each other), or `source`, the directory. By default
+            the only setting that varies, or `source` where that does not tell the directories apart.
         episodes: First and last episode that count; None for all.
+        by_group: Whether each group of agents is compared for itself: success and steps, for time is that of all.
 
     Raises:
-        ColonysimError: A path holds neither, there is no such column, or nothing can be compared.
+        ColonysimError: A path holds neither, or no groups where they are asked for; there is no such column, or nothing
+            can be compared.
     """
     if episodes is not None:
         episodes = as_span("episodes", episodes)
-    rows = [row for path in paths for row in _rows(Path(path), episodes)]
+    grouped = by_group or by == "group"
+    rows = [row for path in paths for row in _rows(Path(path), episodes, grouped)]
     if not rows:
         raise ColonysimError("nothing to compare: no run or trial has finished these episodes")
     names = list(dict.fromkeys(name for row in rows for name in row["about"]))
@@ -128,12 +135,10 @@ def compare(
     if len(groups) < 2:
         raise ColonysimError(f"{by} is {next(iter(groups))!r} everywhere: there is nothing to compare it with")
     # What is the same throughout a group belongs to what is compared; what varies within it has to be the same.
-    free = [
-        name
-        for name in names
-        if name not in (by, "source", "version")
-        and any(len({str(row["about"].get(name)) for row in group}) > 1 for group in groups.values())
-    ]
+    varying = {
+        name for rows in groups.values() for name in names if len({str(row["about"].get(name)) for row in rows}) > 1
+    }
+    free = [n for n in names if n not in (by, "source", "version") and (n in varying or n == "group")]
     reference, *others = groups
     found = []
     first = _by_place(groups[reference], free)
@@ -150,7 +155,8 @@ def compare(
 def pooled(differences: Sequence[Difference]) -> list[Pooled]:
     """The effect of each other value on each measure over all pairs of seeds and settings.
 
-    Pairs count as independent of each other: so they are if a seed draws nothing that two settings share.
+    Pairs count as independent of each other: so they are if a seed draws nothing that two settings share. Groups of
+    agents of the same two runs are not, so their mean counts as one pair.
 
     Args:
         differences: What `compare` found.
@@ -160,11 +166,18 @@ def pooled(differences: Sequence[Difference]) -> list[Pooled]:
         groups.setdefault((repr(each.other), each.measure), []).append(each)
     found = []
     for (_, measure), group in groups.items():
-        first, values = group[0], [value for each in group for value in each.by_seed.values()]
-        one, two = (sum(each.means[side] * each.seeds for each in group) / len(values) for side in (0, 1))
+        pairs: dict[tuple[str, int], list[float]] = {}
+        for each in group:
+            where = repr({name: value for name, value in each.where.items() if name != "group"})
+            for seed, value in each.by_seed.items():
+                pairs.setdefault((where, seed), []).append(value)
+        first, values = group[0], [fmean(values) for values in pairs.values()]
+        seeds = sum(each.seeds for each in group)
+        one, two = (sum(each.means[side] * each.seeds for each in group) / seeds for side in (0, 1))
         interval = of_mean(values, within=_within(measure))
         about = first.by, first.reference, first.other, measure
-        found.append(Pooled(*about, (one, two), fmean(values), interval, len(values), len(group)))
+        settings = len({where for where, _ in pairs})
+        found.append(Pooled(*about, (one, two), fmean(values), interval, len(values), settings))
     return found
 
 
@@ -178,7 +191,8 @@ def _differences(
 ) -> list[Difference]:
     seeds = sorted(one.keys() & two.keys())
     found = []
-    for measure in MEASURES if seeds else ():
+    measures = [measure for measure in MEASURES if seeds and measure in one[seeds[0]]]
+    for measure in measures:
         pairs = [(one[seed][measure], two[seed][measure]) for seed in seeds]
         by_seed = {seed: second - first for seed, (first, second) in zip(seeds, pairs, strict=True)}
         values = [*by_seed.values()]
@@ -208,7 +222,7 @@ def _column(rows: Sequence[dict[str, Any]], names: Sequence[str], by: str | None
         if by not in names:
             raise ColonysimError(f"no column {by!r} to compare by; {nearest(by, names)}")
         return by
-    varying = [n for n in names if n != "source" and len({str(row["about"].get(n)) for row in rows}) > 1]
+    varying = [n for n in names if n not in ("source", "group") and len({str(row["about"].get(n)) for row in rows}) > 1]
     several = len({row["about"]["source"] for row in rows}) > 1
     if len(varying) == 1 and not (several and _twice(rows)):
         return varying[0]
@@ -223,7 +237,7 @@ def _twice(rows: Sequence[dict[str, Any]]) -> bool:
     return len(set(keys)) < len(keys)
 
 
-def _rows(path: Path, episodes: tuple[int, int] | None) -> list[dict[str, Any]]:
-    """For each run its columns ("about"), its seed and the means of the measures."""
-    found = [(each, each.means(episodes)) for each in read_source(path).played]
+def _rows(path: Path, episodes: tuple[int, int] | None, grouped: bool) -> list[dict[str, Any]]:
+    """For each run, or each group of its agents, its columns ("about"), its seed and the means of the measures."""
+    found = [(each, each.means(episodes)) for each in read_source(path, grouped).played]
     return [{"about": each.about, "seed": each.seed, **means} for each, means in found if means]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import as_seed, real, whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.processes import refuse_unguarded
-from colonysim.provenance import parts_of
+from colonysim.provenance import files_of, parts_of
 from colonysim.recording import CHECKPOINT
-from colonysim.resuming import anew, refuse_other_versions
+from colonysim.resuming import anew, refuse_other_models, refuse_other_versions
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded, saved_of
 from colonysim.simulation.saving import read_saved, write_saved
@@ -85,6 +85,7 @@ def fork_run(
         raise ColonysimError("seeds: expected at least one")
     refuse_other_versions(manifest, Path(path))
     scenario = run.scenario
+    refuse_other_models(manifest, scenario, Path(path))
     settings: dict[str, Any] = dict(changed(scenario, overrides).settings) if overrides else {}
     if "episodes" in settings:
         raise ColonysimError("episodes: how many there are is no change of one future; give it as episodes=")
@@ -93,12 +94,13 @@ def fork_run(
         "run": [manifest[name] for name in ("scenario_sha256", "seed", "policy", "backend", "mode")] + [options],
         "episode": number, "at": second,
     }  # fmt: skip
+    sources = files_of(scenario.parameters, options, scenario.parts_of_groups)
+    if policy or backend:
+        sources = parts_of(policy or scenario.policy, backend or manifest["backend"], scenario.parameters, options)
     plain = Trial(
         manifest["name"], manifest["variant"], backend or manifest["backend"], options, policy or manifest["policy"],
         manifest["mode"], {}, count, drawn[0], str(Path(out).absolute()), scenario.digest,
-        sources=parts_of(
-            policy or scenario.policy, backend or manifest["backend"], scenario.parameters, options
-        ) if policy or backend else {}, start=about, given={"policy": policy, "backend": backend},
+        sources=sources, start=about, given={"policy": policy, "backend": backend},
     )  # fmt: skip
     trials = [replace(plain, parameters=change, seed=seed) for change in ([{}, settings] if settings else [{}])
               for seed in drawn]  # fmt: skip

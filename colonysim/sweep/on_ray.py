@@ -7,6 +7,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import MissingExtraError
+from colonysim.installing import install_command
 from colonysim.processes import DEATHS, attempt, limit_memory
 from colonysim.sweep.trial import run_trial
 from colonysim.sweep.workers import Outcome
@@ -55,7 +56,7 @@ def run_on_ray(trials: Iterable[Trial], limits: Limits, workers: int | None) -> 
     try:
         import ray
     except ImportError as error:
-        raise MissingExtraError(f"the engine 'ray' needs Ray ({error}): pip install 'colonysim[ray]'") from error
+        raise MissingExtraError(f"the engine 'ray' needs Ray ({error}): {install_command('ray')}") from error
     ours = not ray.is_initialized()
     if ours:
         ray.init(log_to_driver=False, configure_logging=False, include_dashboard=False)

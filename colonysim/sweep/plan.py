@@ -18,8 +18,9 @@ from colonysim import __version__
 from colonysim.arguments import MAX_COUNT, MAX_SEED
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError, ScenarioError
 from colonysim.geometry.robot_choice import with_robot
+from colonysim.installing import install_command
 from colonysim.plugins import BUILT_IN, called, load, locate, make_policy
-from colonysim.provenance import TAG, parts_of, unknown_in
+from colonysim.provenance import TAG, parts_of, telling, unknown_in
 from colonysim.scenario.contradictions import refuse_set_twice
 from colonysim.scenario.loading import load_scenario, plain_data
 from colonysim.scenario.places import Places
@@ -182,6 +183,10 @@ class Trial:
             "seed": self.seed, **self.called,
         }  # fmt: skip
 
+    def in_words(self) -> str:
+        """Its columns for a message, such as "scenario hard, backend nodeworld, seed 3"."""
+        return ", ".join(f"{name} {value}" for name, value in self.described().items() if value is not None)
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -326,9 +331,9 @@ class _Sources:
     def of(self, trial: Trial, scenario: Scenario) -> Sources:
         """What a trial of this scenario depends on."""
         policy = trial.policy or scenario.policy
-        fields = scenario.parameters.get("extra_fields") or ()
         groups = scenario.parts_of_groups
-        key = json.dumps([policy, trial.backend, fields, trial.options, groups], sort_keys=True, default=str)
+        told = [policy, trial.backend, telling(scenario.parameters), trial.options, groups]
+        key = json.dumps(told, sort_keys=True, default=str)
         if key not in self._found:
             found = parts_of(policy, trial.backend, scenario.parameters, trial.options, groups)
             for name in {policy, trial.backend, *found} & self._tags.keys():
@@ -411,7 +416,7 @@ def _drawn(sample: _Sample) -> Iterator[dict[str, float]]:
         try:
             from scipy.stats import qmc
         except ImportError as error:
-            raise MissingExtraError(f"Sobol samples need SciPy ({error}): pip install 'colonysim[sweep]'") from error
+            raise MissingExtraError(f"Sobol samples need SciPy ({error}): {install_command('sweep')}") from error
         shares = qmc.Sobol(len(sample.ranges), rng=sample.seed).random(sample.count).tolist()
     for share in shares:
         yield {

@@ -10,6 +10,8 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import MAX_COUNT
+from colonysim.errors import ColonysimError
+from colonysim.sweep.groups import read_by_group
 from colonysim.sweep.tables import read_tables, settings
 from colonysim.trace.manifest import is_run
 from colonysim.trace.reader import Run
@@ -29,7 +31,8 @@ class Played:
     Attributes:
         about: What was played, by column: `source` (the directory), then the settings; of a run `version` too.
         seed: Its seed.
-        episodes: For each complete episode its number (`episode`) and each of `MEASURES`.
+        episodes: For each complete episode its number (`episode`) and each of `MEASURES`; of a group of agents without
+            `sim_seconds`.
     """
 
     about: Mapping[str, Any]
@@ -37,14 +40,15 @@ class Played:
     episodes: Sequence[Mapping[str, Any]]
 
     def means(self, episodes: tuple[int, int] | None = None) -> dict[str, float]:
-        """The mean of each of `MEASURES` over its episodes; empty without any.
+        """The mean of each of `MEASURES` that its episodes have; empty without any.
 
         Args:
             episodes: First and last that count; None for all.
         """
         first, last = episodes or (1, MAX_COUNT)
         counted = [each for each in self.episodes if first <= each["episode"] <= last]
-        return {name: fmean(float(each[name]) for each in counted) for name in MEASURES} if counted else {}
+        there = [name for name in MEASURES if counted and name in counted[0]]
+        return {name: fmean(float(each[name]) for each in counted) for name in there}
 
 
 @dataclass(frozen=True)
@@ -62,19 +66,30 @@ class Source:
     shortfall: str
 
 
-def read_source(path: str | Path) -> Source:
+def read_source(path: str | Path, grouped: bool = False) -> Source:
     """Reads the directory of a run or of a sweep.
 
+    Args:
+        path: The directory.
+        grouped: Whether each group of agents counts for itself, with the column `group`.
+
     Raises:
-        ColonysimError: It holds neither, or is damaged.
+        ColonysimError: It holds neither, or no groups where they are asked for, or is damaged.
     """
     path = Path(path)
     if is_run(path):
         run = Run.open(path)
         about = {"source": str(path), **_about(run.manifest)}
-        played = Played(about, int(run.manifest["seed"]), [each._asdict() for each in run.episodes])
-        return Source(path, [played], run.shortfall)
-    trials, episodes = read_tables(path)
+        seed = int(run.manifest["seed"])
+        if not grouped:
+            return Source(path, [Played(about, seed, [each._asdict() for each in run.episodes])], run.shortfall)
+        if run.manifest.get("scenario") is None or not run.scenario.groups:
+            raise ColonysimError(f"{path}: its scenario has no groups of agents")
+        found: dict[str, list[dict[str, Any]]] = {}
+        for result in run.groups:
+            found.setdefault(result.group, []).append(result._asdict())
+        return Source(path, [Played({**about, "group": n}, seed, each) for n, each in found.items()], run.shortfall)
+    trials, episodes = read_by_group(path) if grouped else read_tables(path)
     names, by_trial = settings(trials), dict[str, list[dict[str, Any]]]()
     for episode in episodes.to_pylist():
         by_trial.setdefault(episode["trial"], []).append(episode)

@@ -5,27 +5,40 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
-from colonysim.files import LOCK, alone
+from colonysim.files import LOCK, alone, replacing
 from colonysim.jsonlines import numbered, warn_of
 from colonysim.sweep.groups import are_groups
-from colonysim.sweep.tables import BOUNDS, EPISODE
+from colonysim.sweep.tables import BOUNDS, EPISODE, SHARDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
     from types import TracebackType
 
     from colonysim.sweep.plan import Trial
     from colonysim.sweep.workers import Outcome
 
-__all__ = ["Store"]
+__all__ = ["Store", "answer_of", "holds_sweep"]
+
+_JOURNAL = "journal.jsonl"
 
 _STATUSES = ("running", "succeeded", "failed", "interrupted", "stale")
+
+
+def holds_sweep(directory: str | Path) -> bool:
+    """Whether a directory has a journal."""
+    return (Path(directory) / _JOURNAL).exists()
+
+
+def answer_of(entry: Mapping[str, Any]) -> tuple[Any, ...]:
+    """What an entry tells of a trial's result: the same however often the trial is run."""
+    return tuple(entry.get(name) for name in ("trace_sha256", "episodes", "groups"))
 
 
 class Store:
@@ -49,7 +62,7 @@ class Store:
 
     def __init__(self, directory: str | Path, *, write: bool = False) -> None:
         self.directory = Path(directory)
-        self._journal = self.directory / "journal.jsonl"
+        self._journal = self.directory / _JOURNAL
         self._file = -1
         self._whole = 0
         self._held = ExitStack()
@@ -63,9 +76,9 @@ class Store:
             return
         try:
             with ExitStack() as held:
-                held.enter_context(alone(self.directory, "is running this sweep"))
+                held.enter_context(alone(self.directory, "is running this sweep", required=False))
                 names = {path.name for path in self.directory.iterdir()}
-                if self._journal.name not in names and names - {LOCK}:
+                if self._journal.name not in names and names - {LOCK, SHARDS}:
                     raise ColonysimError(f"{directory}: is not empty and no sweep's; expected a new directory")
                 self._file = os.open(self._journal, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
                 held.callback(os.close, self._file)
@@ -82,7 +95,7 @@ class Store:
             if damage := damage or _fault_of(entry):
                 faults[number] = damage
                 continue
-            trial, answer = entry.pop("trial"), (entry.get("trace_sha256"), entry.get("episodes"))
+            trial, answer = entry.pop("trial"), answer_of(entry)
             if entry["status"] != "succeeded":
                 answered.pop(trial, None)
             elif trial in answered:
@@ -133,6 +146,28 @@ class Store:
         if outcome.result is not None:
             entry |= outcome.result
         self._put(trial.identity, entry, about)
+
+    def take(self, trial: Trial, entry: Mapping[str, Any]) -> None:
+        """Adds the entry of a finished trial that another journal holds.
+
+        Raises:
+            ColonysimError: As for `put`.
+        """
+        about = {"asked": trial.asked(), "made_by": trial.determinants()}
+        self._made_by[trial.asked()] = trial.identity, trial.determinants()
+        self._put(trial.identity, dict(entry), about)
+
+    def keep_copy(self, file: Path) -> None:
+        """Keeps a copy of the sweep file beside the journal.
+
+        Raises:
+            ColonysimError: It cannot be written.
+        """
+        copy = self.directory / "sweep.yaml"
+        if copy.exists() and copy.samefile(file):
+            return
+        with replacing(copy) as temporary:
+            shutil.copyfile(file, temporary)
 
     def mark_stale(self, trials: Iterable[Trial]) -> dict[str, int]:
         """Marks what was answered before under other code, scenarios or versions than these trials have now.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import MAX_COUNT, MAX_SEED, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.files import LOCK, read_file, replacing
+from colonysim.installing import install_command
 from colonysim.intervals import of_mean
 from colonysim.trace.checks import LONGEST
 from colonysim.trace.fields import MOST
@@ -22,8 +23,12 @@ if TYPE_CHECKING:
     from colonysim.sweep.plan import Trial
 
 __all__ = [
-    "BOUNDS", "check_apart", "has_groups", "query", "read_table", "read_tables", "settings", "summary", "write_tables",
+    "BOUNDS", "SHARDS", "check_apart", "has_groups", "query", "read_table", "read_tables", "settings", "summary",
+    "write_tables",
 ]  # fmt: skip
+
+SHARDS = "shards"
+"""Folder of a sweep's directory that holds those of its shards, each with a journal and tables of its own."""
 
 _TEXT, _WHOLE, _NUMBER = ("string",), ("int64",), ("double", "int64")
 _COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -125,7 +130,8 @@ def read_table(directory: str | Path, name: str) -> Any:
 
     path = Path(directory).absolute() / f"{name}.parquet"
     if not os.path.lexists(path):
-        raise ColonysimError(f"{directory}: holds no results of a sweep")
+        hint = ", but shards: `colonysim sweep --merge` joins them" if (path.parent / SHARDS).is_dir() else ""
+        raise ColonysimError(f"{directory}: holds no results of a sweep{hint}")
     content = read_file(path)
     try:
         file = pq.ParquetFile(
@@ -283,7 +289,7 @@ def query(directory: str | Path, sql: str) -> tuple[list[str], list[tuple[Any, .
     try:
         import duckdb
     except ImportError as error:
-        raise MissingExtraError(f"a query needs DuckDB ({error}): pip install 'colonysim[sweep]'") from error
+        raise MissingExtraError(f"a query needs DuckDB ({error}): {install_command('sweep')}") from error
     tables = dict(zip(("trials", "episodes"), read_tables(directory), strict=True))
     if has_groups(directory):
         tables["groups"] = read_table(directory, "groups")

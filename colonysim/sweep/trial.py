@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
-from colonysim.provenance import TAG, parts_of
+from colonysim.provenance import TAG, parts_of, telling
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario
 from colonysim.simulation import Colony
@@ -83,7 +83,7 @@ def _changed(trial: Trial, scenario: Scenario) -> str:
     if scenario.digest != trial.digest:
         return f"scenario {trial.scenario}"
     found = _sources(
-        trial.policy or scenario.policy, trial.backend, json.dumps(scenario.parameters.get("extra_fields")),
+        trial.policy or scenario.policy, trial.backend, json.dumps(telling(scenario.parameters)),
         json.dumps(trial.options), json.dumps(scenario.parts_of_groups),
     )  # fmt: skip
     planned, there = _flat(trial.sources), _flat(found)
@@ -95,9 +95,9 @@ def _flat(sources: Mapping[str, Mapping[str, str]]) -> dict[tuple[str, str], str
 
 
 @lru_cache(maxsize=64)
-def _sources(policy: str, backend: str, fields: str, options: str, groups: str) -> Sources:
+def _sources(policy: str, backend: str, parameters: str, options: str, groups: str) -> Sources:
     """As they were when this process first needed them: it keeps to what it has imported."""
-    return parts_of(policy, backend, {"extra_fields": json.loads(fields)}, json.loads(options), json.loads(groups))
+    return parts_of(policy, backend, json.loads(parameters), json.loads(options), json.loads(groups))
 
 
 @lru_cache(maxsize=8)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError, MissingExtraError
+from colonysim.installing import install_command
 from colonysim.intervals import of_mean
 from colonysim.processes import refuse_unguarded
 from colonysim.suggest import nearest
@@ -117,7 +118,7 @@ def _optuna() -> Any:
     try:
         import optuna
     except ImportError as error:
-        raise MissingExtraError(f"tuning needs Optuna ({error}): pip install 'colonysim[tune]'") from error
+        raise MissingExtraError(f"tuning needs Optuna ({error}): {install_command('tune')}") from error
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     return optuna
 

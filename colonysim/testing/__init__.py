@@ -1,4 +1,4 @@
-"""What tests of other packages can use: checks of policies, backends and environments, random scenarios, strategies."""
+"""What tests of other packages can use: checks of what they bring, random scenarios, strategies."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +9,12 @@ from colonysim.testing.worlds import random_document, random_scenario
 
 if TYPE_CHECKING:
     from colonysim.testing.environments import check_env
+    from colonysim.testing.executors import check_executor
 
-__all__ = ["ConformanceError", "check_backend", "check_env", "check_policy", "random_document", "random_scenario"]
+__all__ = [
+    "ConformanceError", "check_backend", "check_env", "check_executor", "check_policy", "random_document",
+    "random_scenario",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
@@ -18,4 +22,8 @@ def __getattr__(name: str) -> Any:
         from colonysim.testing.environments import check_env
 
         return check_env
+    if name == "check_executor":  # it needs a rigid-body engine
+        from colonysim.testing.executors import check_executor
+
+        return check_executor
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

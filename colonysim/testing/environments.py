@@ -287,7 +287,7 @@ class _Watch:
             raise ConformanceError("masks", f"{name} at {now:g} s is shown {turn.mask}, but it can {fresh.tolist()}")
         self._asked += 1
         if self._asked % EVERY == 0 and turn.agent == colony.asked:
-            if not colony._episode.decided:  # else others have decided already, and may get there first
+            if not colony._episode.ticks.decided:  # else others have decided already, and may get there first
                 _try_all(env, turn)
             if hasattr(env, "observe"):
                 _hide(env, self._stream)

@@ -5,23 +5,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import whole
+from colonysim.scenario.changes import CHANGES
 
 if TYPE_CHECKING:
     import random
+    from collections.abc import Collection
 
 __all__ = ["random_changes"]
 
 
 def random_changes(
-    rng: random.Random, document: dict[str, Any], *, most: int = 6, seconds: float = 40.0
+    rng: random.Random,
+    document: dict[str, Any],
+    *,
+    most: int = 6,
+    seconds: float = 40.0,
+    kinds: Collection[str] = CHANGES,
 ) -> list[dict[str, Any]]:
-    """Random valid `changes:` for a scenario, of all kinds.
+    """Random valid `changes:` for a scenario.
 
     Args:
         rng: Source of every choice.
         document: The scenario as plain data, with `nodes` listed as [id, x, y, z], as `random_document` makes it.
         most: Most changes.
         seconds: The latest time of a change, simulated seconds.
+        kinds: What they may do; one of them at least that is always possible, so not only `add_box` and `remove_box`.
     """
     ids = [node[0] for node in document["nodes"]]
     holes = [hole["node"] if isinstance(hole, dict) else hole for hole in document["holes"]]
@@ -31,7 +39,8 @@ def random_changes(
     found: list[dict[str, Any]] = []
     for _ in range(rng.randint(1, whole("most", most))):
         options = ["add_edge", "remove_edge", "set_surface", "move_goal", "add_agent", "fail", "wipe"]
-        kind = rng.choice([*options, *(["add_box"] if len(goals) < len(ids) else []), *(["remove_box"] * bool(boxes))])
+        options += [*(["add_box"] if len(goals) < len(ids) else []), *(["remove_box"] * bool(boxes))]
+        kind = rng.choice([option for option in options if option in kinds])
         change: dict[str, Any] = {}
         if rng.random() < 0.8:
             change["time"] = round(rng.uniform(0.0, seconds), 2)

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 from colonysim.arguments import whole
+from colonysim.characters import printable
 from colonysim.errors import TraceError
+from colonysim.files import shown_path
 from colonysim.trace.checks import Rows
 from colonysim.trace.groups import results_of_groups
 from colonysim.trace.kept import left_out
@@ -21,9 +23,11 @@ from colonysim.trace.stored import read_parts
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
+    from colonysim.plots.shown import Figures
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.groups import GroupResult
     from colonysim.trace.stored import Piece
+    from colonysim.view.showing import Page
 
 __all__ = ["Run"]
 
@@ -77,7 +81,77 @@ class Run:
         return cls(directory, read_manifest(directory))
 
     def __repr__(self) -> str:
-        return f"Run({str(self.path) if self.path else None!r}, status={self.status!r})"
+        told = self.manifest
+        name = f"{told['name']} {told['variant'] or ''}".rstrip()
+        what = f"{name} on {told['backend']}, policy {told['policy']}, seed {told['seed']}"
+        where = shown_path(self.path) if self.path else "no trace"
+        return printable(f"<Run {what}: {self.status}, {told['episodes']} episodes, {where}>", 500)
+
+    def _repr_html_(self) -> str:
+        """A notebook's picture: the map, and how the episodes went."""
+        from colonysim.trace.picture import picture
+
+        return picture(self)
+
+    def view(
+        self,
+        episodes: int | Sequence[int] | None = None,
+        *,
+        out: str | Path | None = None,
+        inline: bool | None = None,
+        height: int = 640,
+    ) -> Page:
+        """The replay page of the run, that of `colonysim view`: in a notebook below the cell, else in the browser.
+
+        A page in a notebook is a part of it, so it takes at most 20 MB, and shows the last episodes that make about
+        4 MB unless others are asked for; what it leaves out stands above it.
+
+        Args:
+            episodes: A number or several; None for all that are complete, or the last of them.
+            out: The file to write; by default `view.html` in the run directory.
+            inline: Whether the page is shown in the notebook, and no file is written; None: where there is a notebook
+                and no `out`.
+            height: Height in a notebook, pixels, 200 to 4,000.
+
+        Returns:
+            The page, which a notebook shows.
+
+        Raises:
+            TraceError: The run kept no trace, has no such episode, or the page would be too large.
+            ColonysimError: The file cannot be written.
+        """
+        from colonysim.view.showing import show_page
+
+        return show_page(self, episodes, out=out, inline=inline, height=height)
+
+    def plot(
+        self,
+        what: str | Sequence[str] | None = None,
+        *,
+        episodes: int | Sequence[int] | None = None,
+        hole: int | None = None,
+        box: int | None = None,
+    ) -> Figures:
+        """Figures of the run, those of `colonysim plot`: a notebook shows them, a script saves or changes them.
+
+        Args:
+            what: One or several of "D", "E", "H", "B" (pheromones), "map", "trajectories", "episodes", "waiting",
+                "workload" and "fates", or another field of the run; of single pushes "trajectories" and "samples".
+                None for everything that the run has.
+            episodes: A number or several; None for up to six, from the first to the last.
+            hole: Node of the hole whose H is drawn; None for all.
+            box: The box whose B is drawn; None for the first six.
+
+        Returns:
+            matplotlib figures, in a tuple.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+            ColonysimError: The run has no such episode, hole, box or field.
+        """
+        from colonysim.plots import figures
+
+        return figures(self, what, episodes=episodes, hole=hole, box=box)
 
     @property
     def status(self) -> str:

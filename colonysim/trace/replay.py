@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from colonysim.errors import TraceError
 from colonysim.world.changing import make
@@ -13,10 +14,11 @@ from colonysim.world.state import World
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from colonysim.scenario.changes import Change
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.schema import Event
 
-__all__ = ["Ways", "blocked_edges", "follow", "with_boxes"]
+__all__ = ["Place", "Ways", "blocked_edges", "change_in_words", "follow", "places", "stops", "with_boxes"]
 
 
 _BODILESS = ("add_edge", "remove_edge", "set_surface", "move_goal")
@@ -93,10 +95,8 @@ def with_boxes(scenario: Scenario, boxes: dict[int, int], changed: Iterable[int]
     """
     world = World(scenario)
     for number in changed:
-        if not 0 <= number < len(scenario.changes):
-            raise TraceError(f"events: a change {number}, but the scenario's timeline has {len(scenario.changes)}")
-        if scenario.changes[number].kind in _BODILESS:
-            make(world, scenario.changes[number])
+        if (change := _change(scenario, number)).kind in _BODILESS:
+            make(world, change)
     for box in range(len(scenario.boxes)):
         if box not in boxes and world.box_node[box] >= 0:
             world.remove_box(box)
@@ -105,6 +105,12 @@ def with_boxes(scenario: Scenario, boxes: dict[int, int], changed: Iterable[int]
     for box, node in boxes.items():
         world.move_box(box, scenario.topology.index[node])
     return world
+
+
+def _change(scenario: Scenario, number: int) -> Change:
+    if not 0 <= number < len(scenario.changes):
+        raise TraceError(f"events: a change {number}, but the scenario's timeline has {len(scenario.changes)}")
+    return scenario.changes[number]
 
 
 def blocked_edges(scenario: Scenario, boxes: dict[int, int], changed: Iterable[int] = ()) -> list[tuple[int, int]]:
@@ -122,3 +128,78 @@ def blocked_edges(scenario: Scenario, boxes: dict[int, int], changed: Iterable[i
         for j in others
         if i < j and not world.reachable(i, j)
     ]
+
+
+class Place(NamedTuple):
+    """What a place is like from one moment on, without its boxes; nodes are indices.
+
+    Attributes:
+        since: The moment, simulated seconds.
+        edges: The edges (i, j), i < j, that are there.
+        steps: Those of them that nobody can pass as the surface at one end has changed; holes have none.
+        goal: The goal.
+        floor: Height of each node's bare surface, graph units.
+    """
+
+    since: float
+    edges: list[tuple[int, int]]
+    steps: list[tuple[int, int]]
+    goal: int
+    floor: list[float]
+
+
+def places(scenario: Scenario, events: Iterable[Event]) -> list[Place]:
+    """The place as one episode began, and after each change of it, in order.
+
+    Raises:
+        TraceError: The events tell of a change that is not in the scenario's timeline.
+    """
+    world, topology = with_boxes(scenario, {}), scenario.topology
+    pairs = [(i, j) for i, others in enumerate(topology.neighbours) for j in others if i < j]
+    holes = {hole.node for hole in scenario.holes}
+
+    def now(since: float) -> Place:
+        moved = {node for node, z in enumerate(topology.z) if world.floor[node] != z and node not in holes}
+        there = [edge for edge in pairs if world.terrain.has_edge(*edge)]
+        steps = [
+            edge for edge in (there if moved else ())
+            if not moved.isdisjoint(edge) and holes.isdisjoint(edge) and not world.reachable(*edge)
+        ]  # fmt: skip
+        return Place(since, there, steps, world.goal, list(world.floor))
+
+    found = [now(0.0)]
+    for event in events:
+        if event.kind == "change":
+            change = _change(scenario, event.step)
+            if change.kind in _BODILESS:
+                make(world, change)
+                found.append(now(event.time))
+    return found
+
+
+def stops(events: Iterable[Event]) -> list[tuple[int, float, float]]:
+    """When agents stood still in one episode: who, from when and until when, infinity for the rest of it."""
+    found: list[tuple[int, float, float]] = []
+    since: dict[int, float] = {}
+    for event in events:
+        if event.agent in since and event.kind in ("end", "wait", "goal", "spent", "lost"):
+            found.append((event.agent, since.pop(event.agent), event.began if event.kind == "end" else event.time))
+        if event.kind == "lost" or (event.kind == "wait" and event.reason == "stopped"):
+            since[event.agent] = event.time
+    return [*found, *((agent, begun, math.inf) for agent, begun in since.items())]
+
+
+def change_in_words(event: Event) -> str:
+    """What an event of kind "change" does."""
+    box = f"box {event.box}"
+    return {
+        "add_edge": f"edge {event.node}-{event.target} comes",
+        "remove_edge": f"edge {event.node}-{event.target} goes",
+        "set_surface": f"the surface of {event.node} changes",
+        "add_box": f"{box} appears at {event.node}",
+        "remove_box": f"{box} disappears at {event.node}",
+        "move_goal": f"the goal is {event.node} now",
+        "add_agent": f"an agent joins at {event.node}",
+        "fail": f"agent {event.agent} fails at {event.node}",
+        "wipe": "marks are wiped away",
+    }.get(event.action, event.action)

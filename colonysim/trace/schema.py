@@ -122,6 +122,10 @@ class EpisodeResult(NamedTuple):
     seated: int
     wall_seconds: float
 
+    def __repr__(self) -> str:
+        end = f"{self.ended}, {self.sim_seconds:.1f} s"
+        return f"<episode {self.episode}: {self.steps} steps, success {self.success:.2f}, {end}>"
+
 
 class Measurement(NamedTuple):
     """A value of something that the user measures, see `Colony.measure`.

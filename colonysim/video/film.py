@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from operator import attrgetter
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,17 +13,20 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from colonysim.plots.canvas import BOX, GOAL, INK, QUIET, named_in
+from colonysim.trace.replay import change_in_words, places, stops
 from colonysim.video.motion import by_events, by_poses, coming_and_leaving
 from colonysim.video.scene import Scene
 from colonysim.view.reading import kept_columns
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from colonysim.trace.reader import Run
-    from colonysim.trace.schema import EpisodeResult
+    from colonysim.trace.schema import EpisodeResult, Event
 
 __all__ = ["Film"]
 
@@ -28,6 +34,8 @@ _TALL = 3.6
 """Height of the paper, inches: letters and lines grow with the image."""
 _MAP = 0.75
 """Share of the width that the scene takes."""
+_LETTERS = 22
+"""So many letters of a change's words go into a line."""
 _REST = 1 / 16
 """Share of the film that shows the end, standing still."""
 
@@ -57,10 +65,12 @@ class Film:
         self._figure = Figure(figsize=(size[0] / dpi, _TALL), dpi=dpi, facecolor="white")
         self._canvas = _canvas(self._figure)
         scene_axes = self._figure.add_axes((0.0, 0.0, _MAP, 1.0))
-        self._scene = Scene(scene_axes, run.scenario, self._motion, bodies)
+        events = list(run.events(result.episode))
+        self._scene = Scene(scene_axes, run.scenario, self._motion, bodies, places(run.scenario, events))
+        self._stops = stops(events)
         side = self._figure.add_axes((_MAP, 0.0, 1 - _MAP, 1.0))
         pace = result.sim_seconds / moving * fps
-        self._caption = _Caption(side, run, result, pace)
+        self._caption = _Caption(side, run, result, pace, [event for event in events if event.kind == "change"])
         self._canvas.draw()
         self._ground = self._canvas.copy_from_bbox(self._figure.bbox)
         self._parts: list[tuple[Axes, Artist]] = [(scene_axes, artist) for artist in self._scene.moving]
@@ -71,7 +81,9 @@ class Film:
 
     def __getitem__(self, frame: int) -> NDArray[np.uint8]:
         time = float(self._times[frame])
-        self._scene.show(frame, (self._came <= time) & (time < self._left))
+        stopped = np.zeros(len(self._came), dtype=bool)
+        stopped[[agent for agent, since, until in self._stops if since <= time < until]] = True
+        self._scene.show(frame, time, (self._came <= time) & (time < self._left), stopped)
         self._caption.show(time, int((self._left <= time).sum()), self._scene.filled(frame))
         self._canvas.restore_region(self._ground)
         for axes, artist in self._parts:
@@ -87,11 +99,11 @@ def _canvas(figure: Figure) -> Any:
 class _Caption:
     """What is shown beside the scene."""
 
-    def __init__(self, axes: Axes, run: Run, result: EpisodeResult, pace: float) -> None:
+    def __init__(self, axes: Axes, run: Run, result: EpisodeResult, pace: float, changes: Sequence[Event]) -> None:
         axes.set(xlim=(0, 1), ylim=(0, 1))
         axes.axis("off")
         self._agents, self._holes = len(run.scenario.agents), len(run.scenario.holes)
-        self._whole = result.sim_seconds
+        self._whole, self._changes = result.sim_seconds, changes
         name, backend, policy = (named_in(run, field) for field in ("name", "backend", "policy"))
         # A name with two dollar signs is a name, no formula.
         axes.text(0.06, 0.94, name, fontsize=13, weight="bold", color=INK, va="top", parse_math=False)
@@ -110,7 +122,8 @@ class _Caption:
             axes.text(0.06, y, "", fontsize=12, weight="bold", color=INK, va="top", animated=True)
             for y in (0.59, 0.41, 0.23)
         ]
-        self.moving: list[Artist] = [*self._bars, *self._texts]
+        self._last = axes.text(0.06, 0.695, "", fontsize=6, color="#666666", va="center", animated=True)
+        self.moving: list[Artist] = [*self._bars, *self._texts, self._last]
 
     def show(self, time: float, home: int, filled: int) -> None:
         texts = (f"{time:.0f} s", f"{home} of {self._agents}", f"{filled} of {self._holes}")
@@ -118,3 +131,5 @@ class _Caption:
         for text, words, bar, share in zip(self._texts, texts, self._bars, shares, strict=True):
             text.set_text(words)
             bar.set_width(0.84 * share)
+        done = bisect_right(self._changes, time, key=attrgetter("time"))
+        self._last.set_text(fill(change_in_words(self._changes[done - 1]), _LETTERS) if done else "")

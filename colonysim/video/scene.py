@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from matplotlib.collections import EllipseCollection, LineCollection, PolyCollec
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from colonysim.geometry.drawing import draw
-from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK
+from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, HOLE, INK
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,12 +22,15 @@ if TYPE_CHECKING:
 
     from colonysim.geometry.drawing import Drawing
     from colonysim.scenario.scenario import Scenario
+    from colonysim.trace.replay import Place
     from colonysim.video.motion import Motion
 
 __all__ = ["Scene"]
 
 _LOW, _HIGH = np.array([0.78, 0.76, 0.71]), np.array([0.95, 0.94, 0.91])
 """Colours of the lowest and the highest ground."""
+_STOPPED = "#B9AEB5"
+"""An agent that stands still because it failed."""
 _SEATED = "#7FB2D5"
 """A box that lies in a hole: ground to drive on."""
 _SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
@@ -33,6 +38,7 @@ _SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
 _ROBOT = np.array(
     [(-1.0, -0.8), (-0.8, -1.0), (0.35, -1.0), (1.0, -0.45), (1.0, 0.45), (0.35, 1.0), (-0.8, 1.0), (-1.0, 0.8)]
 )
+_NOSE = np.array([(0.55, 0.0), (1.0, 0.0)])
 _STRIPS = 24
 _MOST_NUMBERS = 30
 """With more agents than this their numbers are left out."""
@@ -41,13 +47,20 @@ _MOST_NUMBERS = 30
 class Scene:
     """A place and what moves in it.
 
+    Args:
+        axes: Where it is drawn.
+        scenario: The place.
+        motion: Where everything is in each image.
+        bodies: Whether that is in metres.
+        stages: What the place is like over the episode, see `colonysim.trace.replay.places`.
+
     Attributes:
         moving: The artists to draw for each image, from the ground upwards.
     """
 
-    def __init__(self, axes: Axes, scenario: Scenario, motion: Motion, bodies: bool) -> None:
-        self._scenario, self._motion = scenario, motion
-        self._holes = {hole.node: hole.depth for hole in scenario.holes}
+    def __init__(self, axes: Axes, scenario: Scenario, motion: Motion, bodies: bool, stages: Sequence[Place]) -> None:
+        self._scenario, self._motion, self._stages = scenario, motion, stages
+        self._rims = {hole.node: hole.rim for hole in scenario.holes}
         self._heights = np.array([box.height for box in scenario.boxes])
         axes.set_aspect("equal")
         axes.axis("off")
@@ -58,26 +71,28 @@ class Scene:
             pits = {node: drawing.pits[pit] for node, pit in drawing.pit_at.items()}
             self._pits = {node: ((pit.x, pit.y), pit.side, pit.yaw) for node, pit in pits.items()}
             self._box = np.array([box.length for box in drawing.boxes])
-            self._robot = np.array([drawing.robot.bumper, drawing.robot.half_width])
-            _graph(axes, scenario, places, 0.5 * drawing.robot.half_width, "#D3CFC4")
+            self._robots = np.array([(robot.bumper, robot.half_width) for robot in drawing.models])
+            self._graph = _Graph(axes, scenario, places, 0.5 * drawing.robot.half_width, "#D3CFC4")
         else:
             places = np.column_stack([scenario.topology.x, scenario.topology.y])
             unit = 0.8 * scenario.topology.mean_length
-            _graph(axes, scenario, places, 0.18 * unit, "#B8B8B8")
+            self._graph = _Graph(axes, scenario, places, 0.18 * unit, "#B8B8B8")
             for low, high, limit in zip(places.min(0) - 0.7 * unit, places.max(0) + 0.7 * unit, "xy", strict=True):
                 axes.set(**{f"{limit}lim": (low, high)})
-            self._pits = {node: (tuple(places[node]), 0.62 * unit, 0.0) for node in self._holes}
+            self._pits = {node: (tuple(places[node]), 0.62 * unit, 0.0) for node in self._rims}
             self._box = np.full(len(scenario.boxes), 0.5 * unit)
-            self._robot = np.array([0.2, 0.18]) * unit
-        for centre, side, yaw in self._pits.values():
+            self._robots = np.tile(np.array([0.2, 0.18]) * unit, (len(scenario.agents), 1))
+        holes = [
             axes.add_patch(Polygon(_placed(_SQUARE * side, centre, yaw), color=HOLE, linewidth=0, zorder=2))
-        goal = places[scenario.goal]
-        axes.add_patch(Circle(goal, 2.2 * self._robot[0], color=GOAL, alpha=0.35, linewidth=0, zorder=2))
-        axes.add_patch(Circle(goal, 2.2 * self._robot[0], fill=False, edgecolor=GOAL, linewidth=1.2, zorder=2))
-        axes.text(
-            goal[0], goal[1] - 2.5 * self._robot[0], "goal", fontsize=7, color=INK, weight="bold", ha="center", va="top"
-        )
+            for centre, side, yaw in self._pits.values()
+        ]
+        self._goal = _Goal(axes, places, float(self._robots[:, 0].max(initial=0.0)))
+        self._set_stage(stages[0])
         axes.autoscale_view()
+        # What stands still all the time is drawn once; with a place that changes that is the ground alone.
+        self._still: list[Artist] = [*self._graph.parts, *holes, *self._goal.parts] if len(stages) > 1 else []
+        for part in self._still:
+            part.set_animated(True)
         self._trails = [
             LineCollection([], color=color, linewidths=width, alpha=0.45, animated=True)
             for color, width in ((BOX, 1.6), (AGENT, 1.1))
@@ -107,29 +122,33 @@ class Scene:
             for i in range(len(scenario.agents) if few else 0)
         ]
         self.moving: list[Artist] = [
-            *self._trails, self._boxes, *self._fills.values(), self._agents, self._noses, *self._numbers
+            *self._still, *self._trails, self._boxes, *self._fills.values(), self._agents, self._noses, *self._numbers
         ]  # fmt: skip
 
-    def show(self, frame: int, there: NDArray[np.bool_]) -> None:
+    def show(self, frame: int, time: float, there: NDArray[np.bool_], stopped: NDArray[np.bool_]) -> None:
         """Sets everything that moves.
 
         Args:
             frame: Which image.
+            time: Simulated seconds of the episode.
             there: For each agent whether it is still there, and not left at the goal.
+            stopped: For each agent whether it stands still because it failed.
         """
         motion = self._motion
+        stage = self._stages[bisect_right(self._stages, time, key=attrgetter("since")) - 1]
+        if stage is not self._stage:
+            self._set_stage(stage)
         boxes, agents = motion.boxes[frame], motion.agents[frame]
         for trails, ways in zip(self._trails, (motion.boxes, motion.agents), strict=True):
             trails.set_segments(list(ways[: frame + 1, :, :2].swapaxes(0, 1)))
-        seated = np.array([int(node) in self._holes for node in motion.boxes_at[frame]], dtype=bool)
+        seated = np.array([int(node) in self._rims for node in motion.boxes_at[frame]], dtype=bool)
         order = np.argsort(~seated, kind="stable")
         self._boxes.set_verts([_placed(_SQUARE * self._box[i], boxes[i, :2], boxes[i, 2]) for i in order])
         self._boxes.set_facecolor([_SEATED if seated[i] else BOX for i in order])
         standing = np.flatnonzero(there)
-        shape = _ROBOT * self._robot
-        self._agents.set_verts([_placed(shape, agents[i, :2], agents[i, 2]) for i in standing])
-        nose = np.array([(0.55, 0.0), (1.0, 0.0)]) * self._robot
-        self._noses.set_segments([_placed(nose, agents[i, :2], agents[i, 2]) for i in standing])
+        self._agents.set_verts([_placed(_ROBOT * self._robots[i], agents[i, :2], agents[i, 2]) for i in standing])
+        self._agents.set_facecolor([_STOPPED if stopped[i] else AGENT for i in standing])
+        self._noses.set_segments([_placed(_NOSE * self._robots[i], agents[i, :2], agents[i, 2]) for i in standing])
         for i, number in enumerate(self._numbers):
             number.set_position(agents[i, :2])
             number.set_visible(bool(there[i]))
@@ -138,13 +157,44 @@ class Scene:
 
     def filled(self, frame: int) -> int:
         """How many holes are as good as level in an image."""
-        gaps = [(1 - self._fill(frame, node)) * depth for node, depth in self._holes.items()]
+        gaps = [(1 - self._fill(frame, node)) * self._depth(node) for node in self._rims]
         return sum(gap < self._scenario.reach for gap in gaps)
 
     def _fill(self, frame: int, node: int) -> float:
         """How full a hole is, at most 1."""
-        inside = self._motion.boxes_at[frame] == node
-        return float(min(1.0, self._heights[inside].sum() / self._holes[node])) if self._holes[node] > 0 else 1.0
+        inside, depth = self._motion.boxes_at[frame] == node, self._depth(node)
+        return float(min(1.0, self._heights[inside].sum() / depth)) if depth > 0 else 1.0
+
+    def _depth(self, node: int) -> float:
+        return self._rims[node] - self._stage.floor[node]
+
+    def _set_stage(self, stage: Place) -> None:
+        """Shows the place as it is from a moment on."""
+        self._stage = stage
+        self._graph.show(stage)
+        self._goal.show(stage.goal)
+
+
+class _Goal:
+    """The goal, where it is now."""
+
+    def __init__(self, axes: Axes, places: NDArray[np.float64], size: float) -> None:
+        self._places, self._below = places, 2.5 * size
+        self._discs = [
+            Circle((0.0, 0.0), 2.2 * size, color=GOAL, alpha=0.35, linewidth=0, zorder=2),
+            Circle((0.0, 0.0), 2.2 * size, fill=False, edgecolor=GOAL, linewidth=1.2, zorder=2),
+        ]
+        for disc in self._discs:
+            axes.add_patch(disc)
+        self._word = axes.text(0, 0, "goal", fontsize=7, color=INK, weight="bold", ha="center", va="top")
+        self.parts: list[Artist] = [*self._discs, self._word]
+
+    def show(self, node: int) -> None:
+        """Shows it on a node."""
+        x, y = self._places[node]
+        for disc in self._discs:
+            disc.center = (x, y)
+        self._word.set_position((x, y - self._below))
 
 
 def _placed(
@@ -186,20 +236,32 @@ def _ground(axes: Axes, drawing: Drawing) -> None:
             axes.add_patch(Polygon(shape, color=shade, linewidth=0, antialiased=False, zorder=1.2))
 
 
-def _graph(axes: Axes, scenario: Scenario, places: NDArray[np.float64], node: float, color: str) -> None:
-    """Nodes of a given diameter and edges; slopes are dashed."""
-    topology = scenario.topology
-    edges = [(i, j) for i, others in enumerate(topology.neighbours) for j in others if i < j]
-    axes.add_collection(
-        LineCollection(
-            [places[list(edge)] for edge in edges], colors=color, linewidths=0.8, zorder=1.4,
-            linestyles=["dashed" if topology.rises.get(edge) else "solid" for edge in edges],
-        )
-    )  # fmt: skip
-    across = np.full(len(places), node)
-    axes.add_collection(
-        EllipseCollection(
+class _Graph:
+    """Edges and nodes of a given diameter; slopes are dashed, and what has become too high a step has a red slash."""
+
+    def __init__(self, axes: Axes, scenario: Scenario, places: NDArray[np.float64], node: float, color: str) -> None:
+        self._rises, self._places = scenario.topology.rises, places
+        self._edges = LineCollection([], colors=color, linewidths=0.8, zorder=1.4)
+        self._slashes = LineCollection([], colors=BLOCKED, linewidths=1.6, zorder=1.45, capstyle="round")
+        across = np.full(len(places), node)
+        nodes = EllipseCollection(
             across, across, np.zeros(len(places)), units="xy", offsets=places, offset_transform=axes.transData,
             facecolors="white", edgecolors=color, linewidths=0.6, zorder=1.5,
-        )
-    )  # fmt: skip
+        )  # fmt: skip
+        self.parts: list[Artist] = [self._edges, self._slashes, nodes]
+        for part in (self._edges, self._slashes, nodes):
+            axes.add_collection(part)
+
+    def show(self, stage: Place) -> None:
+        """Shows the edges that are there."""
+        self._edges.set_segments([self._places[list(edge)] for edge in stage.edges])
+        self._edges.set_linestyle(["dashed" if self._rises.get(edge) else "solid" for edge in stage.edges])
+        self._slashes.set_segments([_slash(*self._places[list(edge)]) for edge in stage.steps])
+
+
+def _slash(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A stroke across the middle of an edge, at 60 degrees to it."""
+    along, (c, s) = (other - one) * 0.2, (np.cos(np.pi / 3), np.sin(np.pi / 3))
+    across = np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
+    middle = (one + other) / 2
+    return np.array([middle - across, middle + across])

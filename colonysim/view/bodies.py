@@ -33,7 +33,6 @@ def add_bodies(block: Block, scenario: Scenario, poses: Columns, episodes: Seque
     if not len(poses):
         return
     drawing = draw(scenario)
-    robot = drawing.robot
     agents, boxes = len(scenario.agents), len(scenario.boxes)
     words, codes = poses.words("body")
     is_box = codes == words.index("box") if "box" in words else np.zeros(len(codes), dtype=bool)
@@ -53,11 +52,13 @@ def add_bodies(block: Block, scenario: Scenario, poses: Columns, episodes: Seque
     block.reals("slabs", slabs)
     block.head["bodies"] = {
         "fine": _FINE,
-        "scale": metres_of(scenario, robot),
+        "scale": metres_of(scenario, drawing.robot),
         "places": [(*place, height) for place, height in zip(drawing.places, drawing.heights, strict=True)],
         "pits": [[pit.x, pit.y, pit.yaw, pit.side, pit.rim, pit.depth] for pit in drawing.pits],
         "boxes": [[box.length, box.height] for box in drawing.boxes],
-        "robot": [robot.bumper, robot.half_width, robot.track, robot.wheel_radius, robot.scale],
+        "robots": [
+            [robot.bumper, robot.half_width, robot.track, robot.wheel_radius, robot.scale] for robot in drawing.models
+        ],
     }
 
 

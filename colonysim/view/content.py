@@ -167,7 +167,7 @@ def _add_place(block: Block, scenario: Scenario) -> None:
 
 
 def _later(scenario: Scenario, begins: NDArray[Any], ends: NDArray[Any]) -> dict[str, Any]:
-    """What the timeline brings: edges by index, how many of the last boxes and agents, and heights of surfaces."""
+    """What the timeline brings: edges by index, how many of the last boxes and agents, heights, what is wiped."""
     brought = scenario.newcomers
     absent = brought.edges if brought else frozenset()
     edges = zip(begins.tolist(), ends.tolist(), strict=True)
@@ -176,6 +176,10 @@ def _later(scenario: Scenario, begins: NDArray[Any], ends: NDArray[Any]) -> dict
         "boxes": len(brought.boxes) if brought else 0,
         "agents": len(brought.agents) if brought else 0,
         "surfaces": [change.z for change in scenario.changes],
+        "wipes": [
+            {"fields": change.fields, "nodes": change.nodes} if change.kind == "wipe" else None
+            for change in scenario.changes
+        ],
     }
 
 

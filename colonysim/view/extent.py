@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Table
 
-__all__ = ["Extent", "check_extent", "choose_extent"]
+__all__ = ["Extent", "Room", "check_extent", "choose_extent"]
 
 _ROW: dict[Table, float] = {"events": 10.0, "decisions": 12.0, "deposits": 5.0, "poses": 3.0, "frames": 1.5}
 """Bytes of a page that a row of each table takes, as measured on the maps that are shipped, rounded up."""
@@ -27,6 +27,23 @@ _MARKS: tuple[Table, ...] = ("deposits", "frames")
 """Pheromones: either without the other tells nothing."""
 
 _Sizes = dict[int, dict["Table", float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """How large a page may be, and how its episodes are asked for where it is made.
+
+    Attributes:
+        usual: Bytes of a page that nobody asked for in particular.
+        most: Bytes of the largest page.
+        option: What chooses episodes, for messages.
+        example: The same with a number in place of "{}".
+    """
+
+    usual: float
+    most: float
+    option: str = "--episodes"
+    example: str = "--episodes {}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,37 +59,41 @@ class Extent:
     without: tuple[Table, ...] = ()
 
 
-def choose_extent(run: Run, episodes: Sequence[int] | None, tell: Callable[[str], None]) -> Extent:
+def choose_extent(
+    run: Run, episodes: Sequence[int] | None, tell: Callable[[str], None], room: Room | None = None
+) -> Extent:
     """What a page shows: the episodes that were asked for, else the last ones that fit and of a large one the motion.
 
     Args:
         run: The run.
         episodes: Which; None for as many as fit.
         tell: Is told what is left out and why, and how large the page will be if it is large.
+        room: How large it may be; None for what a file may take.
 
     Raises:
         TraceError: The run lacks one of them, or they make a page that is too large.
     """
+    room = room or Room(USUAL, MOST)
     chosen = chosen_episodes(run, episodes)
     rows = run.manifest["rows"]
-    if run.status != "running" and sum(each * rows.get(table, 0) for table, each in _ROW.items()) <= USUAL:
+    if run.status != "running" and sum(each * rows.get(table, 0) for table, each in _ROW.items()) <= room.usual:
         return Extent(chosen, _lacking(run, chosen, tell))
     sizes = _sizes(run)
     if episodes is None:
-        chosen = _last_that_fit({number: sum(each.values()) for number, each in sizes.items()})
+        chosen = _last_that_fit({number: sum(each.values()) for number, each in sizes.items()}, room.usual)
         first, last = chosen[0], chosen[-1]
         if first > min(sizes):
             shown = f"the last {len(chosen)}, {first} to {last}" if first != last else f"the last, {last}"
             whole = _size(sizes, sizes)
             tell(
                 f"{run.path}: a page of all {len(sizes)} episodes would take about {_megabytes(whole)}; "
-                f"it shows {shown}. Choose others with --episodes."
+                f"it shows {shown}. Choose others with {room.option}."
             )
     without = _lacking(run, chosen, tell)
     if episodes is None:
-        without = _light(run, sizes, chosen, without, tell)
-    size = _check(run, sizes, chosen, "a page", without)
-    if size > USUAL:
+        without = _light(run, sizes, chosen, without, tell, room)
+    size = _check(run, sizes, chosen, "a page", room, without)
+    if size > room.usual:
         tell(f"{run.path}: the page will take about {_megabytes(size)}")
     return Extent(chosen, without)
 
@@ -98,17 +119,22 @@ def _lacking(run: Run, episodes: Sequence[int], tell: Callable[[str], None]) -> 
 
 
 def _light(
-    run: Run, sizes: _Sizes, chosen: Sequence[int], without: tuple[Table, ...], tell: Callable[[str], None]
+    run: Run,
+    sizes: _Sizes,
+    chosen: Sequence[int],
+    without: tuple[Table, ...],
+    tell: Callable[[str], None],
+    room: Room,
 ) -> tuple[Table, ...]:
     """What is left out of an episode that is too large alone: pheromones first, then decisions."""
     parts: tuple[tuple[str, tuple[Table, ...]], ...] = (("pheromones", _MARKS), ("decisions", ("decisions",)))
     for what, tables in parts:
         size = _size(sizes, chosen, without)
-        if size > USUAL and _size(sizes, chosen, (*without, *tables)) < size:
+        if size > room.usual and _size(sizes, chosen, (*without, *tables)) < size:
             without += tables
             tell(
                 f"{run.path}: with its {what} the page would take about {_megabytes(size)}; it leaves them out. "
-                f"Ask for them with --episodes {chosen[-1]}."
+                f"Ask for them with {room.example.format(chosen[-1])}."
             )
     return without
 
@@ -124,17 +150,18 @@ def check_extent(run: Run, episodes: Sequence[int], what: str) -> None:
     Raises:
         TraceError: It is too much.
     """
-    _check(run, _sizes(run), episodes, what)
+    _check(run, _sizes(run), episodes, what, Room(USUAL, MOST))
 
 
-def _check(run: Run, sizes: _Sizes, chosen: Sequence[int], what: str, without: Sequence[Table] = ()) -> float:
+def _check(
+    run: Run, sizes: _Sizes, chosen: Sequence[int], what: str, room: Room, without: Sequence[Table] = ()
+) -> float:
     size = _size(sizes, chosen, without)
-    if size > MOST:
-        hint = "choose fewer with --episodes" if len(chosen) > 1 else "run it again and --record less"
+    if size > room.most:
+        hint = f"choose fewer with {room.option}" if len(chosen) > 1 else "run it again and --record less"
         named = f"these {len(chosen)} episodes" if len(chosen) > 1 else f"episode {next(iter(chosen))} alone"
-        raise TraceError(
-            f"{run.path}: {what} of {named} would take about {_megabytes(size)}, at most {_megabytes(MOST)}; {hint}"
-        )
+        takes = f"would take about {_megabytes(size)}, at most {_megabytes(room.most)}"
+        raise TraceError(f"{run.path}: {what} of {named} {takes}; {hint}")
     return size
 
 
@@ -156,12 +183,12 @@ def _sizes(run: Run) -> _Sizes:
     return sizes
 
 
-def _last_that_fit(sizes: Mapping[int, float]) -> list[int]:
+def _last_that_fit(sizes: Mapping[int, float], usual: float) -> list[int]:
     chosen: list[int] = []
     taken = 0.0
     for number in sorted(sizes, reverse=True):
         taken += sizes[number]
-        if chosen and taken > USUAL:
+        if chosen and taken > usual:
             break
         chosen.insert(0, number)
     return chosen

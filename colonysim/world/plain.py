@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from colonysim.world.intents import Intent, Move
     from colonysim.world.state import World
 
-__all__ = ["move_of", "move_state", "outcome_of", "outcome_state"]
+__all__ = ["STATUSES", "move_of", "move_state", "outcome_of", "outcome_state"]
 
 STATUSES = ("arrived", "blocked", "failed")
 

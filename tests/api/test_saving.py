@@ -9,7 +9,7 @@ import zipfile
 from array import array
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pytest
@@ -19,15 +19,21 @@ import colonysim
 from colonysim import Colony, ColonysimError, Scenario
 from colonysim.backends.mock import Mock
 from colonysim.backends.nodeworld import NodeWorld
+from colonysim.backends.physics import Physics
 from colonysim.engines import PACKAGES
+from colonysim.geometry.layout import lay_out
 from colonysim.physics import engine_trouble
 from colonysim.policies.policy import Choice
 from colonysim.policies.uniform import Uniform
 from colonysim.simulation.saving import TEXT, read_saved
 from colonysim.states import copied
-from colonysim.testing import random_scenario
+from colonysim.testing import random_document, random_scenario
+from colonysim.testing.sections import add_sections
 from colonysim.trace.writer import TraceWriter
 from colonysim.world.intents import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 POLICIES = ("colony", "colony", "paper", "oracle", "random")
 FADING = {"distance_half_life": 40.0, "box_half_life": 9.0, "hole_half_life": 30.0, "exploration_half_life": 2.0}
@@ -49,6 +55,21 @@ def any_scenario(rng: random.Random) -> Scenario:
     if rng.random() < 0.2:
         settings["policy.exploration_evaporation"] = None
     return colonysim.scenario_from_document(scenario.document, overrides=settings)
+
+
+def any_document(rng: random.Random) -> Scenario:
+    """A random world with a timeline, groups, faults and marks that fade and spread."""
+    return colonysim.scenario_from_document(add_sections(rng, random_document(rng)))
+
+
+def any_bodies(rng: random.Random) -> Scenario:
+    """The same for rigid bodies, of what they can follow, soon over."""
+    while True:
+        document = {**random_document(rng, max_nodes=8, max_agents=3, max_holes=1), "max_steps": rng.randrange(6, 20)}
+        scenario = colonysim.scenario_from_document(add_sections(rng, document, kinds=Physics.changes, bodies=True))
+        with suppress(ColonysimError):
+            lay_out(scenario)
+            return scenario
 
 
 def saved_somewhere(path: Path, rng: random.Random, scenario: Scenario, **asked: Any) -> tuple[str, str] | None:
@@ -74,16 +95,17 @@ def saved_somewhere(path: Path, rng: random.Random, scenario: Scenario, **asked:
     return sink.hashes()
 
 
-def check_anywhere(folder: Path, count: int, seed: int, together: int, **asked: Any) -> None:
+def check_anywhere(
+    folder: Path, count: int, seed: int, together: int, world: Callable[[random.Random], Scenario], **asked: Any
+) -> None:
     """Saves so many colonies, goes on with them in fresh processes, `together` in each, and compares the hashes."""
     rng, saved, expected = random.Random(seed), [], []
     while len(saved) < count:
-        scenario = asked.get("scenario") or any_scenario(rng)
+        scenario = world(rng)
         ways = {
             "policy": rng.choice(POLICIES), "mode": rng.choice(("asynchronous", "asynchronous", "synchronous")),
             "seed": rng.randrange(10**6), "episodes": rng.randrange(1, 4), **asked,
         }  # fmt: skip
-        ways.pop("scenario", None)
         if "policy" in scenario.document and ways["policy"] == "random":
             scenario = colonysim.scenario_from_document({**scenario.document, "policy": {"name": "random"}})
         path = folder / f"{len(saved)}.npz"
@@ -104,31 +126,49 @@ def check_anywhere(folder: Path, count: int, seed: int, together: int, **asked: 
         assert hash_of_rest == elsewhere_found, (number, about)
 
 
-def physics(engine: str) -> dict[str, Any]:
+def bodies(engine: str) -> dict[str, Any]:
     if trouble := engine_trouble(engine):
         pytest.skip(trouble)
-    scenario = colonysim.load_scenario("sanity", None, {"max_steps": 8})
-    return {"backend": engine, "backend_options": {"push": "scripted"}, "policy": "colony", "scenario": scenario}
+    return {"backend": engine, "backend_options": {"push": "scripted"}}
 
 
-def test_loaded_in_another_process_it_goes_on_the_same(tmp_path: Path) -> None:
-    check_anywhere(tmp_path, 24, 1, 12)
+def physics(engine: str) -> dict[str, Any]:
+    return {**bodies(engine), "policy": "colony", "scenario": sanity()}
 
 
+def own(world: Any) -> dict[str, Any]:
+    """What is not drawn besides the world."""
+    return {"policy": "colony"} if world is sanity else {} if world is any_scenario else {"policy": None}
+
+
+def sanity(rng: random.Random | None = None) -> Scenario:
+    return colonysim.load_scenario("sanity", None, {"max_steps": 8})
+
+
+@pytest.mark.parametrize("world", [any_scenario, any_document])
+def test_loaded_in_another_process_it_goes_on_the_same(world: Any, tmp_path: Path) -> None:
+    check_anywhere(tmp_path, 24, 1, 12, world, **own(world))
+
+
+@pytest.mark.parametrize("world", [sanity, any_bodies])
 @pytest.mark.parametrize("engine", PACKAGES)
-def test_loaded_in_another_process_bodies_go_on_the_same(engine: str, tmp_path: Path) -> None:
-    check_anywhere(tmp_path, 2, 1, 2, **physics(engine))
+def test_loaded_in_another_process_bodies_go_on_the_same(engine: str, world: Any, tmp_path: Path) -> None:
+    check_anywhere(tmp_path, 2, 1, 2, world, **bodies(engine), **own(world))
 
 
 @pytest.mark.slow
-def test_loaded_in_another_process_it_goes_on_the_same_500_times(tmp_path: Path) -> None:
-    check_anywhere(tmp_path, 500, 2, 10)
+@pytest.mark.parametrize("world", [any_scenario, any_document])
+def test_loaded_in_another_process_it_goes_on_the_same_500_times(world: Any, tmp_path: Path) -> None:
+    check_anywhere(tmp_path, 500, 2, 10, world, **own(world))
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("world", [sanity, any_bodies])
 @pytest.mark.parametrize(("engine", "count"), [("mujoco", 50), ("bullet", 20)])
-def test_loaded_in_another_process_bodies_go_on_the_same_many_times(engine: str, count: int, tmp_path: Path) -> None:
-    check_anywhere(tmp_path, count, 3, 5, **physics(engine))
+def test_loaded_in_another_process_bodies_go_on_the_same_many_times(
+    engine: str, count: int, world: Any, tmp_path: Path
+) -> None:
+    check_anywhere(tmp_path, count, 3, 5, world, **bodies(engine), **own(world))
 
 
 def events(colony: Colony) -> list[Any]:
@@ -180,6 +220,22 @@ def test_a_twin_does_the_same_and_a_seed_something_else() -> None:
     found = events(seven)
     assert found == events(again) != own and found != events(eight)
     assert all(event.time >= 12.0 for event in found if event.episode == 1)
+
+
+@pytest.mark.parametrize("count", [20, pytest.param(300, marks=pytest.mark.slow)])
+def test_twins_of_worlds_with_every_section_do_the_same(count: int) -> None:
+    for number in range(count):
+        rng = random.Random(f"twins/{number}")
+        scenario, mode = any_document(rng), rng.choice(("asynchronous", "synchronous"))
+        whole = list(colonysim.simulate(scenario, seed=number, mode=mode, episodes=2))
+        colony, seen, twins = Colony(scenario, seed=number, mode=mode, episodes=2), 0, []
+        while colony.step() is not None:
+            seen += 1
+            if rng.random() < 0.05 and len(twins) < 3 and not colony.over:
+                twins.append((seen, colony.fork()))
+        assert seen == len(whole), number
+        for since, twin in twins:
+            assert events(twin) == whole[since:], number
 
 
 def test_a_fork_of_the_same_seed_is_no_repetition() -> None:
@@ -397,6 +453,18 @@ def test_backends_of_others_take_part(kind: Any, mode: str, tmp_path: Path) -> N
         Colony.load(tmp_path / "saved.npz")
 
 
+def test_changes_that_another_episode_had_make_no_other_moment(tmp_path: Path) -> None:
+    """A backend that goes through the episode again does so in a process that has not seen the ones before."""
+    place = {"topology": {"kind": "line", "nodes": 6}, "agents": [0], "goal": 5}
+    changes = [{"time": 1, "to_episode": 1, "wipe": {}}, {"time": 2, "when": {"at_goal": 1}, "wipe": {}}]
+    scenario = colonysim.scenario_from_document({**place, "changes": changes})
+    colony = Colony(scenario, seed=1, episodes=2, backend=Replayed())
+    colony.run_until(episode=1)
+    colony.run_until(event="end")
+    colony.save(tmp_path / "saved.npz")
+    assert events(Colony.load(tmp_path / "saved.npz", backend=Replayed())) == events(colony)
+
+
 def test_a_backend_that_does_not_take_part_is_refused(tmp_path: Path) -> None:
     colony = Colony("hard", seed=1, backend=Noisy())
     colony.run_until(time=5.0)
@@ -494,7 +562,7 @@ def test_what_is_no_saved_colony(sound: Path, tmp_path: Path) -> None:
     ("name", "value", "words"),
     [
         ("format", "colonysim run", "not that of a colonysim colony"),
-        ("schema", 99, "in format 99, this one reads format 1"),
+        ("schema", 99, "in format 99, this one reads format 2"),
         ("scenario_sha256", "0" * 64, "not the one that its hash tells of"),
         ("mode", "backwards", "no mode"),
         ("policy", "os:system", "is code of others"),
@@ -508,6 +576,28 @@ def test_a_text_that_does_not_fit(name: str, value: Any, words: str, sound: Path
     path = rewritten(sound, tmp_path / "wrong.npz", lambda text, parts: text.update({name: value}))
     with pytest.raises(ColonysimError, match=words):
         Colony.load(path)
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        {"policy": "antigravity:Policy"}, {"policy": {"extra_fields": ["antigravity:Field"]}},
+        {"robot": "antigravity:ROBOT"}, {"robot": {"preset": "antigravity:ROBOT"}},
+    ],
+)  # fmt: skip
+def test_code_of_others_that_a_group_names_is_not_imported(own: dict[str, Any], tmp_path: Path) -> None:
+    group = {"name": "all", "agents": [0]}
+    place = {"topology": {"kind": "line", "nodes": 5}, "goal": 4}
+    colony = Colony(colonysim.scenario_from_document({**place, "groups": [group]}))
+    colony.step()
+    colony.save(tmp_path / "saved.npz")
+    found = colonysim.scenario_from_document({**place, "groups": [{**group, **own}]})
+
+    def other(text: Any, parts: Any) -> None:
+        text |= {"scenario": found.document, "scenario_sha256": found.digest}
+
+    with pytest.raises(ColonysimError, match=r"names code of others.*antigravity:\w+; give scenario="):
+        Colony.load(rewritten(tmp_path / "saved.npz", tmp_path / "wrong.npz", other))
 
 
 def npy(values: Any) -> bytes:

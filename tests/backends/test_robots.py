@@ -40,6 +40,26 @@ def test_half_the_size_does_the_same_in_less_time_and_space(engine, tmp_path):
         assert last[name] == pytest.approx(full[name] / 2, abs=1e-6)
 
 
+@pytest.mark.parametrize("engine", ["bullet", "mujoco"])
+def test_groups_have_robots_of_their_own(engine):
+    """Two lanes of one length: who has the faster motors is there sooner."""
+    if engine_trouble(engine):
+        pytest.skip("not installed")
+    lanes = {
+        "topology": {"kind": "grid", "columns": 5, "rows": 3, "spacing": 1.5, "without": [5, 6, 7, 8]}, "goal": 9,
+        "policy": {"epsilon": 0, "epsilon_floor": 0, "beta": 50},
+    }  # fmt: skip
+    times = {}
+    for slow in (0, 1):
+        groups = [{"name": f"lane {n}", "agents": [start]} for n, start in enumerate((0, 10))]
+        groups[slow]["robot"] = {"wheel_speed": 4.0}
+        colony = colonysim.Colony(scenario_from_document({**lanes, "groups": groups}), backend=engine, episodes=1)
+        there = {event.agent: event.time for event in colony if event.kind == "goal"}
+        assert there[1 - slow] < 0.8 * there[slow]
+        times[slow] = there
+    assert times[0][0] == pytest.approx(times[1][1], rel=0.1) and times[0][1] == pytest.approx(times[1][0], rel=0.1)
+
+
 def test_ticks_are_as_long_as_the_robot_is_small():
     pytest.importorskip("pybullet")
     backend = Physics(engine="bullet", push="scripted")

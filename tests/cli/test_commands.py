@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from colonysim.cli import app
+from colonysim.installing import install_command
 from colonysim.trace.reader import Run
 
 
@@ -172,7 +173,7 @@ def test_an_engine_that_is_missing_is_named_with_the_command_that_installs_it(
 ) -> None:
     without(monkeypatch, "pybullet", "mujoco")
     result = colonysim(*command.format(name).split())
-    assert result.exit_code == 2 and f"pip install 'colonysim[{name}]'" in result.stderr
+    assert result.exit_code == 2 and install_command(name) in result.stderr
 
 
 def test_where_bullet_has_no_wheel_the_other_engine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,7 +181,7 @@ def test_where_bullet_has_no_wheel_the_other_engine_is_named(monkeypatch: pytest
     monkeypatch.setattr("colonysim.physics.engine._NO_BULLET", sys.version_info[:2])
     result = colonysim("run", "hard", "--backend", "bullet")
     assert result.exit_code == 2 and "no wheel for Python 3." in result.stderr
-    assert "'mujoco' runs here: pip install 'colonysim[mujoco]'" in result.stderr
+    assert f"'mujoco' runs here: {install_command('mujoco')}" in result.stderr
 
 
 def test_backends_tells_versions_of_engines_and_what_is_missing(
@@ -197,7 +198,7 @@ def test_backends_tells_versions_of_engines_and_what_is_missing(
     without(monkeypatch, "pybullet", "mujoco")
     missing = listed()
     for name in ("bullet", "mujoco"):
-        assert f"pip install 'colonysim[{name}]'" in missing[name]["problem"]
+        assert install_command(name) in missing[name]["problem"]
     assert missing["physics"]["problem"] == missing["bullet"]["problem"]
 
 

@@ -97,7 +97,7 @@ def test_a_backends_reason_is_harmless_in_a_table_and_exact_in_a_pipe(scenario: 
 
 def test_a_bars_title_and_lines_are_no_markup(scenario: Path) -> None:
     program = f"""
-from colonysim.cli import progress
+from colonysim import progress
 progress.PATIENCE = progress._PAUSE = 0.0
 with progress.Bar({EVIL!r}, 2) as bar:
     bar.move(1)

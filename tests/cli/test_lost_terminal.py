@@ -25,7 +25,8 @@ from colonysim.trace.reader import Run
 EPISODES = 60
 # The bar is there from the start, and draws whenever it can.
 EAGER = (
-    "from colonysim.cli import progress, watch; progress.PATIENCE = progress._PAUSE = progress.BETWEEN_LINES = 0.0; "
+    "from colonysim import progress; from colonysim.cli import watch; "
+    "progress.PATIENCE = progress._PAUSE = progress.BETWEEN_LINES = 0.0; "
     "watch._FRAME = 0.0; from colonysim.__main__ import main; main()"
 )
 SWEEP = "scenarios: [sanity]\ngrid: {policy.beta: [2, 4, 8]}\nseeds: {count: 4}\nepisodes: 2\n"

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,17 @@ from colonysim.simulation import simulate
 from colonysim.trace.reader import Run
 from colonysim.world.state import World
 
+pytestmark = pytest.mark.usefixtures("some_engine")
+
 PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
 
 
+@cache
 def examples() -> dict[str, Any]:
     """What the blocks of the page define."""
     names: dict[str, Any] = {"__name__": "examples"}
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 9
     for block in blocks:
         exec(compile(block, str(PAGE), "exec"), names)
     return names
@@ -65,3 +69,19 @@ def test_the_examples_run_and_pass_their_checks() -> None:
     events = list(simulate(scenario, policy=policy, backend=backend(), episodes=1, seed=1))
     assert any(event.reason == "slipped" for event in events)
     assert names["COURIER"].trouble() is None
+
+
+def test_the_policy_that_rests_takes_its_parameter_from_the_scenario() -> None:
+    names = examples()
+    calm = names["CalmDownhill"]
+    ends = {}
+    for rest in (0, 20):
+        place = {"nodes": [[0, 0, 0], [1, 1, 0], [2, 2, 0]], "edges": [[0, 1], [1, 2]], "agents": [0], "goal": 2}
+        scenario = colonysim.scenario_from_document({**place, "policy": {"rest": rest}})
+        *_, last = simulate(scenario, policy=calm, episodes=1)
+        ends[rest] = last.time
+    assert 1.0 < ends[0] < 3.0 and ends[20] - ends[0] == pytest.approx(40.0, abs=1.0)
+    with pytest.raises(colonysim.ScenarioError, match=r"policy.rset=1: no such parameter; did you mean 'rest'\?"):
+        calm(load_scenario("sanity", overrides=["policy.rset=1"]))
+    with pytest.raises(colonysim.ScenarioError, match=r"policy.rest=601: .*less than or equal to 600, not 601"):
+        calm(load_scenario("sanity", overrides=["policy.rest=601"]))

@@ -55,6 +55,36 @@ def test_a_robot_drives_no_faster_than_its_motors_turn_its_wheels():
         assert scene.robot(0).x - before == pytest.approx(0.5, abs=0.02)
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_each_robot_of_a_scene_is_what_it_is(engine):
+    short, slow = replace(STANDARD, length=0.5, wheelbase=0.24), replace(STANDARD, wheel_speed=4.0)
+    start = [BoxSpec(0.4, 0.05, 0.0, 0.03)], [RobotSpec(-3.0, 3.0, 0.0, 0.0), RobotSpec(-1.2, 0.3, 0.0, 0.2)]
+    with Scene(PLACE, *start, robot=(slow, short), engine=engine) as scene:
+        assert scene.models == (slow, short)
+        result = run_alone(
+            scene, 1, make_executor("staged")(scene, 1, INTO_PIT, everything_else(scene, 1), seed=1)
+        )
+        assert result.success and scene.box_seated(0, PLACE.pits[0])
+        ends = scene.ticks, scene.robot(1)
+        scene.drive(0, 8.0, 8.0)
+        for _ in range(90):
+            scene.tick()
+        before = scene.robot(0).x
+        for _ in range(60):
+            scene.tick()
+        assert scene.robot(0).x - before == pytest.approx(0.48, abs=0.02)
+        scene.place_robot(1, -3.0, -3.0, 0.0, 0.0)
+        assert scene.robot(1).z == pytest.approx(0.0)
+    _, ticks, places, _ = pushed_into_the_pit(engine, short, "staged")
+    assert ends[0] == ticks and ends[1] == pytest.approx(places[6:], abs=1e-3)
+
+
+def test_robots_of_two_scales_make_no_scene():
+    for robots in ([STANDARD, HALF], [STANDARD]):
+        with pytest.raises(ValueError, match="expected 2 robots of one scale"):
+            Scene(PLACE, [], [RobotSpec(0, 0, 0, 0), RobotSpec(0, 3, 0, 0)], robot=robots)
+
+
 def test_what_is_alike_has_the_same_numbers_in_its_own_units():
     assert HALF.scale == 0.5 and HALF.length == 0.36 and HALF.mass == pytest.approx(50.0 / 8)
     assert HALF.wheel_speed == pytest.approx(8.0 * math.sqrt(2.0))

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -17,6 +18,7 @@ import colonysim
 import colonysim.plots
 import colonysim.view
 from colonysim.errors import ColonysimError, ColonysimWarning, MissingExtraError
+from colonysim.installing import install_command
 from colonysim.pheromones.field import Write
 from colonysim.plots import draw, draw_training, is_training
 from colonysim.policies.uniform import Uniform
@@ -182,7 +184,7 @@ def test_without_matplotlib_the_command_to_install_it_is_named(
     runs: dict[str, colonysim.Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'colonysim\[plot\]'"):
+    with pytest.raises(MissingExtraError, match=re.escape(install_command("plot"))):
         draw(runs["sanity"])
 
 
@@ -287,3 +289,48 @@ def test_values_as_large_as_there_are(tmp_path: Path) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             assert draw(colonysim.Run.open(tmp_path / run), what=tuple(what), out=tmp_path)
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory: pytest.TempPathFactory) -> colonysim.Run:
+    groups = [{"name": "quick ones", "agents": [0, 1], "speed": 3}, {"name": "slow/late", "agents": [6, 12, 18]}]
+    place = {"topology": {"kind": "grid", "columns": 6, "rows": 4}, "goal": 23, "groups": groups}
+    scenario = colonysim.scenario_from_document(place)
+    return colonysim.run(scenario, seed=1, episodes=3, out=tmp_path_factory.mktemp("mixed") / "run")
+
+
+def test_each_group_has_images_of_its_own(mixed: colonysim.Run, tmp_path: Path) -> None:
+    images = draw(mixed, what=["map", "episodes", "waiting", "workload"], by_group=True, out=tmp_path)
+    parts = ("quick%20ones", "slow%2Flate")
+    kinds = ("episodes", "waiting", "workload")
+    assert {image.name for image in images} == {"map.png", *(f"{kind}-{part}.png" for kind in kinds for part in parts)}
+    assert len({image.read_bytes() for image in images}) == 7
+
+
+def test_a_group_is_drawn_by_its_own_agents(mixed: colonysim.Run) -> None:
+    from colonysim.plots.results import results_figure
+    from colonysim.plots.waiting import waiting_figure
+    from colonysim.plots.workload import workload_figure
+
+    for group in mixed.scenario.groups:
+        own = [result for result in mixed.groups if result.group == group.name]
+        above, below = results_figure(mixed, group).axes
+        dots = [next(line for line in axes.lines if line.get_label() == "episode") for axes in (above, below)]
+        assert list(dots[0].get_ydata()) == [result.steps for result in own]
+        assert list(dots[1].get_ydata()) == [result.success for result in own]
+        steps = [event for event in mixed.events() if event.kind == "end" and event.agent in group.agents]
+        bars = workload_figure(mixed, group).axes[0].patches
+        assert sum(bar.get_height() for bar in bars) == pytest.approx(len(steps) / 3)
+        assert {round(bar.get_x() + bar.get_width() / 2) for bar in bars} == {*group.agents}
+        assert waiting_figure(mixed, 3, group).axes[0].get_ylim() == (0, len(group.agents))
+        assert f"group {group.name}" in waiting_figure(mixed, 3, group).get_suptitle()
+
+
+def test_what_cannot_be_drawn_by_group_is_said(
+    mixed: colonysim.Run, runs: dict[str, colonysim.Run], tmp_path: Path
+) -> None:
+    with pytest.raises(ColonysimError, match="has no groups of agents"):
+        draw(runs["sanity"], by_group=True, out=tmp_path)
+    with pytest.raises(ColonysimError, match="by group: map, D are not of agents, expected some of episodes, waiting"):
+        draw(mixed, what=["map", "D"], by_group=True, out=tmp_path)
+    assert not list(tmp_path.iterdir())

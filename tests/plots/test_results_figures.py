@@ -241,8 +241,8 @@ def test_labels_of_long_names_and_many_settings_do_not_overlap(
         for i in range(count) for policy in ("colony", "mine:AnotherPolicyOfMine") for j in range(3) for seed in (1, 2)
     ]  # fmt: skip
     source = read_source.__globals__["Source"](tmp_path, played, "")
-    monkeypatch.setattr("colonysim.sweep.played.read_source", lambda _: source)
-    monkeypatch.setattr("colonysim.sweep.comparing.read_source", lambda _: source)
+    monkeypatch.setattr("colonysim.sweep.played.read_source", lambda *_: source)
+    monkeypatch.setattr("colonysim.sweep.comparing.read_source", lambda *_: source)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", ColonysimWarning)

@@ -10,7 +10,6 @@ pytest.importorskip("pettingzoo")
 
 from colonysim.policies.policy import Choice
 from colonysim.policies.stigmergy import Stigmergy
-from colonysim.rl.moves import Own
 from colonysim.rl.spaces import Observer
 from colonysim.testing import ConformanceError, check_policy
 
@@ -33,7 +32,7 @@ class FromObservation:
 
     def told(self, view):
         sight = self.observer.sight(view)
-        return sight, self.observer.numbers(sight, Own(0.5, "arrived"))
+        return sight, self.observer.numbers(sight)
 
     def decide(self, view, memory, random):
         sight, numbers = self.told(view)

@@ -268,3 +268,19 @@ def test_random_scenarios_repeat_and_vary():
     assert any(one.topology.rises for one in made)
     assert {len(one.holes) for one in made} == {0, 1, 2, 3}
     assert {len(one.agents) for one in made} == {1, 2, 3, 4}
+
+
+def test_a_diagonal_that_may_not_cut_corners_keeps_to_both_nodes_beside_it():
+    def pairs(**fields):
+        kind = {"kind": "grid", "columns": 3, "rows": 3, "without": [4, 8], "diagonals": True, **fields}
+        place = scenario(topology=kind, goal=1).topology
+        return {(place.ids[i], place.ids[j]) for i in range(len(place)) for j in place.neighbours[i] if i < j}
+
+    straight = {(0, 1), (1, 2), (0, 3), (2, 5), (3, 6), (6, 7)}
+    assert pairs() == straight | {(1, 3), (1, 5), (3, 7), (5, 7)}
+    assert pairs(cut_corners=False) == straight
+    assert pairs(cut_corners=False, without=[8]) == straight | {
+        (1, 4), (3, 4), (4, 5), (4, 7), (0, 4), (1, 3), (1, 5), (2, 4), (3, 7), (4, 6),
+    }  # fmt: skip
+    with pytest.raises(ScenarioError, match=r"topology\.cut_corners: false beside no diagonals"):
+        pairs(cut_corners=False, diagonals=False)

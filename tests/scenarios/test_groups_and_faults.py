@@ -33,7 +33,8 @@ faults:
 REFUSED = [
     ("scouts", "workers", r"10:5: groups\.1\.name: groups\.0 is called 'workers' too"),
     ("speed: 1.5", "sped: 1.5", r"5:5: groups\.0\.sped: unknown field; did you mean 'speed'\?"),
-    ("speed: 1.5", "robot: half", r"5:5: groups\.0\.robot: unknown field; all robots of a scene are alike"),
+    ("speed: 1.5", "robot: half", r"5:5: groups\.0\.robot: a robot of scale 0\.5 among robots of scale 1"),
+    ("speed: 1.5", "robot: {wheel_speed: 9}", r"5:13: groups\.0\.robot\.wheel_speed: got 9, expected 3 to 8"),
     ("speed: 1.5", "seed: 3", r"5:5: groups\.0\.seed: unknown field; the seed belongs to the run"),
     ("speed: 1.5", "speed: 0", r"5:5: groups\.0\.speed: got 0, expected at least 0\.001"),
     ("ignores: [D]", "ignores: D", r"8:5: groups\.0\.ignores: got 'D', expected a list of fields' names"),
@@ -92,6 +93,7 @@ def test_what_is_refused_and_where(old: str, new: str, words: str, tmp_path: Pat
 def test_speeds_are_refused_for_rigid_bodies(backend: str, tmp_path: Path) -> None:
     told = validated(tmp_path, MAP, "--backend", backend)
     assert told.exit_code == 2 and "map.yaml:5:5: groups.0.speed: 1.5 is for backends without a clock" in told.output
+    assert "a group's `robot`, as {wheel_speed: 5}, does" in told.output
     assert validated(tmp_path, MAP.replace("1.5", "1"), "--backend", backend).exit_code == 0
 
 

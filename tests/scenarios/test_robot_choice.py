@@ -14,7 +14,7 @@ from colonysim import plugins
 from colonysim.errors import PluginError, ScenarioError
 from colonysim.geometry.drawing import draw
 from colonysim.geometry.layout import lay_out
-from colonysim.geometry.robot_choice import robot_of, with_robot
+from colonysim.geometry.robot_choice import robot_of, robots_of, with_robot
 from colonysim.physics import HALF, STANDARD
 from colonysim.scenario.loading import load_scenario, scenario_from_document
 
@@ -148,6 +148,61 @@ def test_a_robot_of_others_becomes_numbers(planted, monkeypatch):
         with_robot(lane(f"{planted}:NONE"))
     with pytest.raises(PluginError, match="cannot be loaded"):
         with_robot(lane("no_such_module:IT"))
+
+
+def grouped(*robots, physics=None):
+    """A lane with a group for each of these robots; None for one that has none of its own."""
+    groups = [
+        {"name": f"g{n}", "agents": [n], **({} if robot is None else {"robot": robot})}
+        for n, robot in enumerate(robots)
+    ]
+    made = {**LANE, "groups": groups, "boxes": [[2, 1.0]], **({} if physics is None else {"physics": physics})}
+    del made["agents"]
+    return scenario_from_document(made)
+
+
+def test_groups_have_robots_of_their_own(planted):
+    slow = grouped(None, {"wheel_speed": 5.0}, physics={"robot": {"grip": 0.9}})
+    assert [(r.wheel_speed, r.grip) for r in robots_of(slow)] == [(8.0, 0.9), (5.0, 0.9)], "the rest is as that of all"
+    assert lay_out(slow).models == draw(slow).models == robots_of(slow)
+    named = robots_of(grouped(None, "standard", physics={"robot": {"grip": 0.9}}))
+    assert [robot.grip for robot in named] == [0.9, 0.8]
+    halves = robots_of(grouped("half", {"wheel_speed": 9.0}, physics={"robot": "half"}))
+    assert halves[0] == HALF and (halves[1].wheel_speed, halves[1].length) == (9.0, HALF.length)
+    other = with_robot(grouped(None, {"preset": f"{planted}:SMALL"}, physics={"robot": {"scale": 0.7}}))
+    assert robots_of(other)[1].wheel_speed == 7.0 and other.document["groups"][1]["robot"]["scale"] == 0.7
+    assert scenario_from_document(other.document).digest == other.digest
+    both = with_robot(grouped(None, {"grip": 0.9}, physics={"robot": f"{planted}:SMALL"}))
+    assert [(robot.wheel_speed, robot.grip) for robot in robots_of(both)] == [(7.0, 0.8), (7.0, 0.9)]
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        ("half", "groups.1.robot: a robot of scale 0.5 among robots of scale 1 (physics.robot), expected the same scale"),
+        ({"scale": 2}, "groups.1.robot.scale: a robot of scale 2 among robots of scale 1"),
+        ("halv", "groups.1.robot: no robot 'halv'; did you mean 'half'?"),
+        ({"wheel_speed": 1.0}, "groups.1.robot.wheel_speed: got 1, expected 3 to 8"),
+        ({"wheel_sped": 1.0}, "groups.1.robot.wheel_sped: unknown field; did you mean 'wheel_speed'?"),
+        (7, "groups.1.robot: got 7, expected a robot's name, or {preset: ..., numbers}"),
+        ({"chassis_mass": 8.0, "grip": 0.4}, "the box at node 2 takes 47.1 N to push"),
+    ],
+)
+def test_a_robot_of_a_group_that_does_not_fit_is_told_by_its_field(robot, message):
+    with pytest.raises(ScenarioError) as error:
+        lay_out(grouped(None, robot))
+    assert message in str(error.value)
+
+
+def test_who_does_not_push_need_not_be_able_to():
+    weak = grouped(None, {"chassis_mass": 8.0, "grip": 0.4}).document
+    groups = [weak["groups"][0], {**weak["groups"][1], "pushes": False}]
+    assert lay_out(scenario_from_document({**weak, "groups": groups})).models[1].grip == 0.4
+
+
+def test_a_robot_of_a_group_is_refused_on_the_node_world_too():
+    with pytest.raises(ScenarioError, match=r"groups\.1\.robot: a robot of scale 0\.5"):
+        list(colonysim.simulate(grouped(None, "half"), episodes=1))
 
 
 def test_whoever_opens_a_run_imports_nothing(planted, tmp_path):

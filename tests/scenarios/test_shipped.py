@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from colonysim.policies.schema import scenario_schema
 from colonysim.scenario.loading import list_scenarios, load_scenario, load_variants, scenario_from_document
-from colonysim.scenario.schema import scenario_schema
 from colonysim.scenario.source import read_text
 
 ROOT = Path(__file__).parent.parent.parent
@@ -106,7 +106,7 @@ def test_shipped_files_name_the_schema_for_editors():
 
 
 def test_every_field_is_described_in_the_documentation():
-    text = (ROOT / "docs" / "scenarios.md").read_text(encoding="utf-8")
+    text = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("scenarios.md", "policies.md"))
     schema = scenario_schema()
     fields = set(schema["properties"])
     for name, part in schema["$defs"].items():

@@ -10,6 +10,14 @@ import time
 from colonysim.policies.stigmergy import Stigmergy
 
 
+class Dawdles(Stigmergy):
+    """Does what it should, after a while."""
+
+    def __init__(self, scenario):
+        time.sleep(0.15)
+        super().__init__(scenario)
+
+
 class Raises(Stigmergy):
     def decide(self, view, memory, random):
         raise RuntimeError("out of ideas")

@@ -174,3 +174,32 @@ def test_a_length_that_is_none_is_refused(seconds: float, easy: colonysim.Run, t
     done = CliRunner().invoke(app, ["video", str(easy.path), str(tmp_path / "film.gif"), f"--seconds={seconds}"])
     assert done.exit_code == 2 and "Traceback" not in done.output
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_film_shows_what_the_timeline_changes(tmp_path: Path) -> None:
+    from colonysim.video.film import Film
+
+    changes = [
+        {"time": 2, "remove_edge": [1, 2]}, {"time": 3, "set_surface": {"node": 9, "z": 1}},
+        {"time": 4, "move_goal": 10},
+        {"time": 5, "fail": {"agents": [0], "seconds": 4}}, {"time": 6, "wipe": {}}, {"time": 11, "add_edge": [1, 2]},
+    ]  # fmt: skip
+    place = {"topology": {"kind": "grid", "columns": 6, "rows": 2}, "agents": [0], "goal": 5, "changes": changes}
+    held = {**place, "agents": [0, 6], "policy": "random", "time_limit": 14.0}
+    run = colonysim.run(colonysim.scenario_from_document(held), seed=1, episodes=1, out=tmp_path / "run")
+    film = Film(run, run.episodes[0], frames=150, fps=10, size=_SMALL)
+
+    def at(time: float) -> Any:
+        film[int(np.searchsorted(film._times, time))]
+        return film._scene
+
+    early = at(1.5)
+    assert (early._stage.goal, (1, 2) in early._stage.edges, early._stage.steps) == (5, True, [])
+    late = at(8.0)
+    assert (late._stage.goal, (1, 2) in late._stage.edges) == (10, False)
+    assert late._stage.steps == [(3, 9), (8, 9), (9, 10)]
+    assert tuple(late._goal._discs[0].center) == (4.0, 1.0)
+    colours = {tuple(colour) for colour in late._agents.get_facecolor()}
+    assert len(colours) == 2, "who failed has another colour"
+    assert film._caption._last.get_text().replace("\n", " ") == "marks are wiped away"
+    assert (1, 2) in at(13.0)._stage.edges

@@ -126,6 +126,25 @@ def test_it_shows_what_the_timeline_changes(browser: Any, tmp_path: Path) -> Non
     assert errors(browser) == []
 
 
+def test_it_shows_marks_that_are_wiped_and_agents_that_stand_still(browser: Any, tmp_path: Path) -> None:
+    wipe = {"nodes": [0, 1], "fields": ["E"]}
+    changes = [{"time": 3.5, "wipe": wipe}, {"time": 4, "fail": {"agents": [0], "seconds": 9}}]
+    place = {"topology": {"kind": "line", "nodes": 9}, "agents": [0], "goal": 8, "changes": changes}
+    run = colonysim.run(colonysim.scenario_from_document(place), seed=1, episodes=1, out=tmp_path / "run")
+    show(browser, write_page(run))
+    left = (
+        "return [...page.run.slots.field].flatMap((field, i) => page.run.fields[field] === 'E' && "
+        "!Number.isNaN(page.replay.values[i]) ? [page.run.slots.place[i]] : [])"
+    )
+    before = ask(browser, f"page.seek(3400); {left}")
+    assert 1 in before
+    assert ask(browser, f"page.seek(1e9); page.seek(3600); {left}") == [node for node in before if node > 1]
+    stood = "return [...page.replay.stopped]"
+    assert ask(browser, f"page.seek(8000); {stood}") == [1] and ask(browser, f"page.seek(3000); {stood}") == [0]
+    assert "stands still" in str(ask(browser, "return document.getElementById('events').textContent"))
+    assert errors(browser) == []
+
+
 def test_it_steps_by_event_with_buttons_and_keys(page: Any) -> None:
     events = ask(page, "return page.replay.last - page.replay.first")
     ask(page, "page.seek(0)")

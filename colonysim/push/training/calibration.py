@@ -10,6 +10,7 @@ import numpy.typing as npt
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
+from colonysim.installing import install_command
 from colonysim.intervals import wilson
 from colonysim.physics import default_engine, engine_version
 from colonysim.push.cards import check_place, load_model, save_model
@@ -43,7 +44,7 @@ def fit_way_chance(ways: Sequence[LoggedWay]) -> WayChance:
         from sklearn.linear_model import LogisticRegression
     except ImportError as error:
         raise MissingExtraError(
-            f"fitting the chance of a way needs scikit-learn ({error}): pip install 'colonysim[train]'"
+            f"fitting the chance of a way needs scikit-learn ({error}): {install_command('train')}"
         ) from error
     rows: list[Features] = []
     outcomes: list[bool] = []

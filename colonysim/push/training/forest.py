@@ -12,6 +12,7 @@ import numpy.typing as npt
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
+from colonysim.installing import install_command
 from colonysim.physics import default_engine, engine_version
 from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.choosing import network_chooser
@@ -168,7 +169,7 @@ def train_feasibility(
         from sklearn.model_selection import GroupKFold
     except ImportError as error:
         raise MissingExtraError(
-            f"training the classifier needs scikit-learn ({error}): pip install 'colonysim[train]'"
+            f"training the classifier needs scikit-learn ({error}): {install_command('train')}"
         ) from error
     seed, states = as_seed(seed), whole("states", states)
     trees, depth = whole("trees", trees), whole("depth", depth)

@@ -105,7 +105,7 @@ def picture(scene: Scene, task: PushTask) -> NDArray[np.uint8]:
         canvas.fill(_placed(_rectangle(pit.side, pit.side), pit.x, pit.y, pit.yaw), _PIT)
     middle = (task.start[0] + task.goal[0]) / 2, (task.start[1] + task.goal[1]) / 2
     canvas.fill(_placed(_rectangle(task.length, 0.04), *middle, task.line), _LINE)
-    box, robot, model = scene.box(0), scene.robot(0), scene.model
+    box, robot, model = scene.box(0), scene.robot(0), scene.models[0]
     side, height = scene.boxes[0].length, scene.boxes[0].height
     lies = bool(terrain.pits) and box.z < task.rim + height / 4
     canvas.fill(_placed(_rectangle(side, side), box.x, box.y, box.yaw), _SEATED if lies else _BOX)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim.push.controls import CONTROLS
-from colonysim.push.network import Float
+from colonysim.push.layers import Float
 
 __all__ = ["Batch", "NStep", "Replay"]
 

@@ -16,6 +16,7 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.files import alone, check_writable, read_file, replace_file
+from colonysim.installing import install_command
 from colonysim.physics import engine_version
 from colonysim.push.cards import MOST_BYTES, ModelError, check_place, load_arrays, save_arrays, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
@@ -446,5 +447,5 @@ def _learner(start: QNetwork, config: TrainingConfig) -> "DoubleDQN":
         with held():
             from colonysim.push.training.dqn import DoubleDQN
     except ImportError as error:
-        raise MissingExtraError(f"training needs torch ({error}): pip install 'colonysim[train]'") from error
+        raise MissingExtraError(f"training needs torch ({error}): {install_command('train')}") from error
     return DoubleDQN(start, config.learner)

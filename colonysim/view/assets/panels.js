@@ -29,7 +29,7 @@ export function describe(run, row) {
     case "goal": return { text: `${who} is at the goal`, good: true };
     case "spent": return { text: `${who} has used up its steps at ${id("node")}`, bad: true };
     case "lost": return { text: `${who} is lost at ${id("node")}`, bad: true };
-    case "wait": return { text: `${who} waits at ${id("node")}${events.target[row] >= 0 ? ` for ${id("target")}` : ""}` };
+    case "wait": return said("reason") === "stopped" ? { text: `${who} stands still at ${id("node")}`, bad: true } : { text: `${who} waits at ${id("node")}${events.target[row] >= 0 ? ` for ${id("target")}` : ""}` };
     case "change": return { text: changeOf(run, row) };
     case "episode": return { text: `episode ends: ${said("status")}` };
     default: {
@@ -78,7 +78,8 @@ export function showAgent(element, run, replay, agent, decision) {
     const box = events.box[row] >= 0 ? `box ${events.box[row]} ` : "";
     const verb = { travel: "travels", take: "goes to take", push: "pushes" }[run["words.action"][events.action[row]]] ?? "acts";
     doing = `${verb} ${box}to ${nodes.id[events.target[row]]}`;
-  } else if (replay.waitsFor[agent] < 0) doing = "decides";
+  } else if (replay.stopped[agent]) doing = "stands still for a while";
+  else if (replay.waitsFor[agent] < 0) doing = "decides";
   const facts = [["doing", doing], ["node", node]];
   if (row >= 0) facts.push(["reserved", nodes.id[events.target[row]]]);
   if (row >= 0 && events.hole[row] >= 0) facts.push(["meant for", `hole ${nodes.id[events.hole[row]]}`]);

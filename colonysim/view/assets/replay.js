@@ -26,6 +26,7 @@ export class Replay {
     this.agentNode = new Int32Array(agents.node.length);
     this.state = new Uint8Array(agents.node.length);
     this.waitsFor = new Int32Array(agents.node.length);
+    this.stopped = new Uint8Array(agents.node.length); // 1 for who stands still for a while
     this.values = new Float32Array(slots.field.length); // NaN where nobody has left anything
     this.agentX = new Float32Array(agents.node.length);
     this.agentY = new Float32Array(agents.node.length);
@@ -37,6 +38,7 @@ export class Replay {
     this.END = this.code("kind", "end");
     this.PUSH = this.code("action", "push");
     this.ARRIVED = this.code("status", "arrived");
+    this.STOPPED = this.code("reason", "stopped");
     this.kinds = { goal: AT_GOAL, spent: SPENT, lost: LOST };
     this.pose = new Float64Array(6);
     this.surfaceVersion = this.markVersion = 0;
@@ -111,6 +113,7 @@ export class Replay {
     this.agentNode.set(agents.node);
     this.state.fill(ACTIVE).fill(ABSENT, agents.node.length - run.later.agents);
     this.waitsFor.fill(-1);
+    this.stopped.fill(0);
     this.nextEnd.set(this.endsFirst.subarray(0, this.nextEnd.length));
     this.values.fill(NaN);
     const to = starts.first[this.episode + 1];
@@ -133,15 +136,20 @@ export class Replay {
   }
 
   goTo(cursor, time) {
-    const { deposits } = this.run;
     if (cursor < this.cursor || time < this.time) this.rewind();
     while (this.cursor < cursor) this.apply(this.cursor++);
+    this.deposit(time);
+    this.time = time;
+    this.place();
+  }
+
+  /** Writes all marks that have been left by a moment. */
+  deposit(time) {
+    const { deposits } = this.run;
     while (this.marks < this.lastDeposit && deposits.time[this.marks] <= time) {
       this.values[deposits.slot[this.marks]] = deposits.value[this.marks++];
       this.markVersion++;
     }
-    this.time = time;
-    this.place();
   }
 
   apply(row) {
@@ -151,13 +159,17 @@ export class Replay {
       this.nextEnd[agent]++;
       this.agentNode[agent] = events.now_at[row];
       this.waitsFor[agent] = -1;
+      this.stopped[agent] = 0;
       if (events.boxTo[row] >= 0 && events.boxTo[row] !== this.boxNode[events.box[row]]) this.move(events.box[row], events.boxTo[row]);
       return;
     }
     const kind = this.run["words.kind"][events.kind[row]];
     if (kind === "change") this.change(row);
     else if (kind === "start") this.state[agent] = ACTIVE;
-    else if (kind === "wait") this.waitsFor[agent] = events.target[row] >= 0 ? events.target[row] : events.node[row];
+    else if (kind === "wait") {
+      this.stopped[agent] = events.reason[row] === this.STOPPED ? 1 : 0;
+      this.waitsFor[agent] = events.target[row] >= 0 ? events.target[row] : events.node[row];
+    }
     else if (kind in this.kinds) this.state[agent] = this.kinds[kind];
   }
 
@@ -173,9 +185,21 @@ export class Replay {
     else if (action === "set_surface") {
       this.floor[node] = this.run.later.surfaces[events.step[row]];
       this.level(node);
-    }
+    } else if (action === "wipe") this.wipe(this.run.later.wipes[events.step[row]], events.time[row]);
     this.surfaceVersion++;
     this.markVersion++;
+  }
+
+  /** Takes marks away: of some fields or of all, on some nodes; of a field of boxes, of those that stand there. */
+  wipe({ fields, nodes }, time) {
+    this.deposit(time); // what was left before goes too
+    const { slots, fields: names, byBox } = this.run;
+    const wiped = new Set(nodes);
+    for (let i = 0; i < slots.field.length; i++) {
+      const name = names[slots.field[i]];
+      if (fields && !fields.includes(name)) continue;
+      if (wiped.has(byBox.includes(name) ? this.boxNode[slots.place[i]] : slots.place[i])) this.values[i] = NaN;
+    }
   }
 
   /** The place of an edge in the run's list. */

@@ -102,7 +102,7 @@ export class SceneView {
 
   addRobot(cuboids, cylinders, agent, [x, y, z, roll, pitch, yaw]) {
     const { colours } = this;
-    const [ahead, wide, track, wheel, size] = this.run.bodies.robot;
+    const [ahead, wide, track, wheel, size] = this.run.bodies.robots[agent];
     const rotation = quaternion(roll, pitch, yaw);
     const put = (offset) => turn(rotation, offset).map((value, i) => value + [x, y, z][i]);
     const s = (standard) => size * standard;

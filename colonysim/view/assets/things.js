@@ -133,6 +133,13 @@ function drawAgents(pen, view) {
       pen.lineWidth = 3;
       pen.stroke();
     }
+    if (replay.stopped[agent] && !replay.state[agent] && replay.action[agent] < 0) {
+      pen.beginPath();
+      for (const side of [-1, 1]) segment(pen, x + 1.25 * radius * side, y - radius, x + 1.25 * radius * side, y + radius);
+      pen.strokeStyle = css.blocked;
+      pen.lineWidth = 3;
+      pen.stroke();
+    }
     if (dot > 7) word(pen, agent, x, y, Math.min(dot, 13), "#101010");
   }
 }
