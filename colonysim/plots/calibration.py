@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
 from colonysim.errors import ColonysimError
 from colonysim.files import found_at, read_json
 from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+from colonysim.plots.sheet import SCREEN
 from colonysim.trace.fields import MOST, is_a
 
 if TYPE_CHECKING:
@@ -17,6 +16,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from colonysim.plots.sheet import Sheet
 
 __all__ = ["calibration_figure"]
 
@@ -25,11 +27,12 @@ _SHARES = ("chance", "success", "success_low", "success_high")
 _ABOUT = {"pushes": "single pushes", "ways": "whole ways, told before the first push"}
 
 
-def calibration_figure(folder: Path) -> Figure:
+def calibration_figure(folder: Path, sheet: Sheet = SCREEN) -> Figure:
     """The calibration curves of a fit, with the number of pushes or ways in each bin.
 
     Args:
         folder: What `colonysim train way` wrote.
+        sheet: What is drawn on.
 
     Raises:
         ColonysimError: The fit has not ended, or its card cannot be read.
@@ -38,9 +41,11 @@ def calibration_figure(folder: Path) -> Figure:
     if not os.path.lexists(card):
         raise ColonysimError(f"{folder}: its ways are not fitted yet, so there is nothing to draw")
     results = _results(card)
-    figure = Figure(figsize=(7.6, 4.0), layout="constrained")
-    figure.suptitle(f"Calibration of the chance of a way · {results['split']}", fontsize=11, color=INK)
-    for axes, color, (part, about) in zip(figure.subplots(1, 2), (BOX, AGENT), _ABOUT.items(), strict=True):
+    rows, columns = sheet.beside(2)
+    title = f"Calibration of the chance of a way · {results['split']}"
+    figure = sheet.figure(3.8 * columns, (3.4 if sheet.narrow else 4.0) * rows, title)
+    panels = figure.subplots(rows, columns)
+    for axes, color, (part, about) in zip(panels, (BOX, AGENT), _ABOUT.items(), strict=True):
         _curve(axes, color, results[part], about)
     return figure
 

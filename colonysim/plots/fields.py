@@ -9,7 +9,9 @@ import matplotlib
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, heading_of, panels
+from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, heading_of, ink_on, panels
+from colonysim.plots.places import Places
+from colonysim.plots.sheet import SCREEN, EmptyFigureError
 from colonysim.trace.schema import Frame
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from colonysim.plots.sheet import Sheet
     from colonysim.trace.reader import Run
 
 __all__ = ["box_figure", "hole_figure", "node_figure"]
@@ -29,20 +32,34 @@ _LARGEST = 1e300
 _LABELS = {"D": "D [graph units]", "E": "E [visits]", "B": "{}({}) [graph units]"}
 
 
-def node_figure(run: Run, name: str, episodes: Sequence[int]) -> Figure:
-    """A field with one value per node, such as D and E."""
+# Each figure takes the places of the run if there is more than one, so that an episode is followed once.
+
+
+def node_figure(
+    run: Run, name: str, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
+) -> Figure:
+    """A field with one value per node, such as D and E.
+
+    Raises:
+        EmptyFigureError: No node has a value in these episodes; so for the other fields.
+    """
     values = [{frame.node: frame.value for frame in _frames(run, name, episode)} for episode in episodes]
-    return _figure(run, episodes, values, _TITLES.get(name, f"Pheromone {name}"), _LABELS.get(name, name))
+    title = _TITLES.get(name, f"Pheromone {name}")
+    return _figure(run, episodes, values, title, _LABELS.get(name, name), sheet, places)
 
 
-def hole_figure(run: Run, name: str, hole: int, episodes: Sequence[int]) -> Figure:
+def hole_figure(
+    run: Run, name: str, hole: int, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
+) -> Figure:
     """A field with a value per node and hole, such as H: that of one hole, on every node that carries any."""
     values = [{f.node: f.value for f in _frames(run, name, episode, key=hole)} for episode in episodes]
     title = f"{_TITLES.get(name, f'Pheromone {name}')} of the hole at node {hole}"
-    return _figure(run, episodes, values, title, f"{name}({hole})", mark=hole)
+    return _figure(run, episodes, values, title, f"{name}({hole})", sheet, places, mark=hole)
 
 
-def box_figure(run: Run, name: str, box: int, episodes: Sequence[int]) -> Figure:
+def box_figure(
+    run: Run, name: str, box: int, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
+) -> Figure:
     """A field of boxes, such as B: that of one box, on each hole that the box could be meant for."""
     start = run.scenario.topology.ids[run.scenario.boxes[box].node]
     # A field with one value for a box is shown where the box stands at first.
@@ -51,7 +68,8 @@ def box_figure(run: Run, name: str, box: int, episodes: Sequence[int]) -> Figure
     ]
     about = f"of box {box} (starts on node {start}), on the holes it could fill"
     title = f"{_TITLES.get(name, f'Pheromone {name}')} {about}"
-    return _figure(run, episodes, values, title, _LABELS.get(name, "{}({})").format(name, box), box_at=start, shape="s")
+    label = _LABELS.get(name, "{}({})").format(name, box)
+    return _figure(run, episodes, values, title, label, sheet, places, box_at=start, shape="s")
 
 
 def _frames(run: Run, name: str, episode: int, **where: int) -> list[Frame]:
@@ -80,12 +98,17 @@ def _figure(
     values: Sequence[Mapping[int, float]],
     title: str,
     label: str,
+    sheet: Sheet,
+    places: Places | None,
     *,
     mark: int | None = None,
     box_at: int | None = None,
     shape: str = "o",
 ) -> Figure:
-    canvas = Canvas.of(run.scenario)
+    if not any(values):
+        raise EmptyFigureError("no value in these episodes" if len(episodes) > 1 else "no value in this episode")
+    canvas = Canvas.of(run.scenario, sheet, len(episodes), bar=True)
+    places = places or Places(run)
     kept = [{node: max(-_LARGEST, min(_LARGEST, value)) for node, value in found.items()} for found in values]
     everything = [value for found in kept for value in found.values()]
     low, high = min(everything, default=0.0), max(everything, default=1.0)
@@ -94,20 +117,24 @@ def _figure(
     norm = Normalize(*scale)
     colours = matplotlib.colormaps[FIELD]
     heading = heading_of(title, run)
-    figure, axes = panels(canvas, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label)
+    figure, axes = panels(
+        canvas, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label,
+        legend=canvas.legend_of_landmarks(),
+    )  # fmt: skip
     for axis, episode, found, coloured in zip(axes, episodes, values, kept, strict=True):
         canvas.edges(axis)
         canvas.nodes(axis, [node for node in canvas.graph if node not in found], "white", edge="#8A8A8A")
+        there = places.at_end(episode)
+        canvas.landmarks(axis, there.boxes.values(), [there.goal])
         if box_at is not None:
             canvas.nodes(axis, [box_at], "none", shape="s", size=1.25, edge=BOX)
-            canvas.note(axis, box_at, "box", BOX, (1, 1))
+            canvas.note(axis, box_at, "start", BOX, (1, 1))
         if mark is not None:
-            canvas.nodes(axis, [mark], "none", shape="s", size=1.35, edge=HOLE)
+            canvas.nodes(axis, [mark], "none", shape="s", size=1.4, edge=HOLE, line=2.4)
         canvas.nodes(axis, list(found), list(coloured.values()), scale=scale, shape=shape)
         inks = dict.fromkeys(canvas.graph, INK)
         for node, value in found.items():
-            red, green, blue, _ = colours(norm(coloured[node]))
-            inks[node] = INK if 0.3 * red + 0.59 * green + 0.11 * blue > 0.5 else "white"
+            inks[node] = ink_on(colours(norm(coloured[node])))
             if shape == "s":
                 canvas.note(axis, node, f"{value:.3g}", INK, (0, -1))
         canvas.numbers(axis, inks)

@@ -12,6 +12,7 @@ from colonysim.errors import ColonysimError
 from colonysim.files import found_at, read_json
 from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
 from colonysim.plots.results import WINDOW, running_interval
+from colonysim.plots.sheet import SCREEN
 from colonysim.trace.fields import is_a
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+
+    from colonysim.plots.sheet import Sheet
 
 __all__ = ["ablation_figure", "learning_figure"]
 
@@ -32,11 +35,12 @@ _MEASURES = {"reward": 3, "success": 2}
 _TERRAINS = {"flat": "#E69F00", "slope": "#009E73", "hole": "#3A3A3A"}
 
 
-def learning_figure(folder: Path) -> Figure:
+def learning_figure(folder: Path, sheet: Sheet = SCREEN) -> Figure:
     """Success and reward of the tests against the episodes of training before them.
 
     Args:
         folder: What `colonysim train push` wrote: `history.json` and, once it has ended, the card of the network.
+        sheet: What is drawn on.
 
     Raises:
         ColonysimError: There is no test yet, or a file cannot be read.
@@ -46,8 +50,7 @@ def learning_figure(folder: Path) -> Figure:
         raise ColonysimError(f"{folder}: no test of this training is complete, so there is nothing to draw yet")
     card = _card(folder / "push.json") if os.path.lexists(folder / "push.json") else {}
     episodes = [test["episodes"] for test in history]
-    figure = Figure(figsize=(7.0, 5.4), layout="constrained")
-    figure.suptitle(f"Training of the push · {_about(card)}", fontsize=11, color=INK)
+    figure = sheet.figure(7.0, 5.4, f"Training of the push · {_about(card)}")
     above, below = figure.subplots(2, 1, sharex=True)
     _curve(above, episodes, [test["success"] for test in history], BOX, (0.0, 1.0))
     for kind, color in _TERRAINS.items():
@@ -66,9 +69,7 @@ def learning_figure(folder: Path) -> Figure:
             axes.axvline(
                 card["how"]["peak_episode"], color=INK, linewidth=0.8, linestyle="dotted", label="network that was kept"
             )
-    figure.legend(
-        handles=above.get_legend_handles_labels()[0], loc="outside lower center", ncols=4, fontsize=7, frameon=False
-    )
+    sheet.legend(figure, above.get_legend_handles_labels()[0])
     return figure
 
 

@@ -8,7 +8,20 @@ from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
 
-from colonysim.plots.canvas import AGENT, AGENT_INK, BLOCKED, BOX, GOAL, HOLE, INK, QUIET, Canvas, heading_of, panels
+from colonysim.plots.canvas import (
+    AGENT,
+    AGENTS,
+    BLOCKED,
+    BOX,
+    GOAL,
+    HOLE,
+    INK,
+    QUIET,
+    Canvas,
+    heading_of,
+    panels,
+)  # fmt: skip
+from colonysim.plots.sheet import SCREEN
 from colonysim.trace.replay import blocked_edges, follow, with_boxes
 
 if TYPE_CHECKING:
@@ -17,17 +30,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from colonysim.plots.sheet import Sheet
     from colonysim.trace.reader import Run
 
 __all__ = ["draw_place", "map_figure"]
 
 
-def map_figure(run: Run, episode: int) -> Figure:
+def map_figure(run: Run, episode: int, sheet: Sheet = SCREEN) -> Figure:
     """The map at the start of an episode and at its end."""
     scenario = run.scenario
-    canvas = Canvas.of(scenario)
+    canvas = Canvas.of(scenario, sheet, 2)
     ways = follow(scenario, run.events(episode))
-    figure, (first, last) = panels(canvas, 2, heading_of("Map", run), legend=True)
+    figure, (first, last) = panels(canvas, 2, heading_of("Map", run), legend=_legend(canvas))
     for axis, at, title in ((first, 0, "start of each episode"), (last, -1, f"end of episode {episode}")):
         if at:
             boxes, goal = ways.boxes_at_end(), with_boxes(scenario, {}, ways.changed).goal
@@ -38,7 +52,6 @@ def map_figure(run: Run, episode: int) -> Figure:
             boxes = {box: ids[start.node] for box, start in enumerate(scenario.boxes_at_start)}
             draw_place(canvas, axis, boxes, {agent: ids[at] for agent, at in enumerate(scenario.agents_at_start)})
         canvas.frame(axis, title)
-    figure.legend(handles=_legend(), loc="lower center", ncols=6, fontsize=7, frameon=False)
     return figure
 
 
@@ -66,12 +79,16 @@ def draw_place(
     canvas.edges(axes)
     _slashes(canvas, axes, blocked_edges(scenario, boxes, changed))
     canvas.nodes(axes, sorted(set(boxes.values())), BOX, shape="s", size=1.4)
-    canvas.nodes(axes, sorted(set(agents.values())), AGENT, size=1.4)
+    first: dict[int, int] = {}
+    for agent, node in sorted(agents.items()):
+        first.setdefault(node, agent % len(AGENTS))
+    for number, color in enumerate(AGENTS):
+        canvas.nodes(axes, [node for node, mine in first.items() if mine == number], color, size=1.4)
     canvas.nodes(axes, [ids[scenario.goal if goal is None else goal]], GOAL, shape="D", size=1.3)
     canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white")
     canvas.nodes(axes, list(holes), HOLE, shape="s")
     canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
-    for things, letter, color, corner in ((boxes, "b", BOX, (1, 1)), (agents, "a", AGENT_INK, (-1, -1))):
+    for things, letter, color, corner in ((boxes, "b", BOX, (1, 1)), (agents, "a", INK, (-1, -1))):
         standing: dict[int, list[int]] = defaultdict(list)
         for thing, node in things.items():
             standing[node].append(thing)
@@ -91,15 +108,20 @@ def _slashes(canvas: Canvas, axes: Axes, edges: list[tuple[int, int]]) -> None:
         axes.plot([x - dx, x + dx], [y - dy, y + dy], color=BLOCKED, linewidth=1.6, solid_capstyle="round", zorder=2)
 
 
-def _legend() -> list[Line2D]:
+def _legend(canvas: Canvas) -> list[Line2D]:
+    """What the map of this scenario can hold, and nothing else."""
+
     def mark(shape: str, color: str, label: str) -> Line2D:
         return Line2D([], [], linestyle="", marker=shape, color=color, markeredgecolor=INK, label=label)
 
-    return [
-        mark("o", AGENT, "agent (a)"),
-        mark("s", BOX, "box (b)"),
-        mark("s", HOLE, "hole"),
-        mark("D", GOAL, "goal"),
-        Line2D([], [], color=BLOCKED, linewidth=1.6, label="blocked edge"),
-        Line2D([], [], color=QUIET, linestyle="dashed", label="slope"),
-    ]
+    scenario, count = canvas.scenario, len(canvas.scenario.agents)
+    several = 1 < count <= len(AGENTS)
+    handles = [mark("o", AGENTS[i], f"agent {i}") for i in range(count)] if several else [mark("o", AGENT, "agent (a)")]
+    if scenario.boxes:
+        handles.append(mark("s", BOX, "box (b)"))
+    if scenario.holes:
+        handles.append(mark("s", HOLE, "hole"))
+    handles += [mark("D", GOAL, "goal"), Line2D([], [], color=BLOCKED, linewidth=1.6, label="blocked edge")]
+    if any(canvas.graph.edges[edge]["rise"] for edge in canvas.graph.edges):
+        handles.append(Line2D([], [], color=QUIET, linestyle="dashed", label="slope"))
+    return handles

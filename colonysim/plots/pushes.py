@@ -13,12 +13,14 @@ from matplotlib.patches import Patch, Polygon
 
 from colonysim.errors import ColonysimError
 from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, HOLE, INK, QUIET
+from colonysim.plots.sheet import SCREEN
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from matplotlib.axes import Axes
 
+    from colonysim.plots.sheet import Sheet
     from colonysim.trace.reader import Run
 
 __all__ = ["chosen_pushes", "overlaid_figure", "sample_figure"]
@@ -77,12 +79,12 @@ def chosen_pushes(run: Run, wanted: Sequence[int] | None) -> dict[str, list[int]
     return {kind: numbers if wanted else numbers[:_SAMPLES] for kind, numbers in found.items()}
 
 
-def overlaid_figure(run: Run, chosen: Mapping[str, Sequence[int]]) -> Figure:
+def overlaid_figure(run: Run, chosen: Mapping[str, Sequence[int]], sheet: Sheet = SCREEN) -> Figure:
     """A panel for each terrain, its pushes turned so that their lines lie upon each other."""
     pushes = _pushes(run, [number for numbers in chosen.values() for number in numbers])
     alone = all(len(numbers) == 1 for numbers in chosen.values())
     figure, axes = _panels(
-        list(pushes.values()), len(chosen), 1, f"Trajectories of single pushes · {_about(run)}", alone
+        list(pushes.values()), len(chosen), 1, f"Trajectories of single pushes · {_about(run)}", alone, sheet
     )
     for axis, (kind, numbers) in zip(axes, chosen.items(), strict=True):
         for number in numbers:
@@ -93,11 +95,11 @@ def overlaid_figure(run: Run, chosen: Mapping[str, Sequence[int]]) -> Figure:
     return figure
 
 
-def sample_figure(run: Run, kind: str, numbers: Sequence[int]) -> Figure:
+def sample_figure(run: Run, kind: str, numbers: Sequence[int], sheet: Sheet = SCREEN) -> Figure:
     """A panel for each push of one terrain."""
     pushes = _pushes(run, numbers)
     figure, axes = _panels(
-        list(pushes.values()), len(numbers), 2, f"Pushes · {kind} · {_about(run)} · {_rate(run, kind)}", True
+        list(pushes.values()), len(numbers), 2, f"Pushes · {kind} · {_about(run)} · {_rate(run, kind)}", True, sheet
     )
     for axis, number in zip(axes, numbers, strict=True):
         push = pushes[number]
@@ -234,7 +236,9 @@ def _ways(axes: Axes, push: _Push, *, outlines: bool) -> None:
         )  # fmt: skip
 
 
-def _panels(pushes: Sequence[_Push], count: int, rows: int, title: str, outlines: bool) -> tuple[Figure, list[Axes]]:
+def _panels(
+    pushes: Sequence[_Push], count: int, rows: int, title: str, outlines: bool, sheet: Sheet
+) -> tuple[Figure, list[Axes]]:
     """Panels of one scale with room for all the ways, a title above and a legend below."""
     reach = [
         corner
@@ -248,16 +252,26 @@ def _panels(pushes: Sequence[_Push], count: int, rows: int, title: str, outlines
     xs, ys = zip(*reach, strict=True)
     x0, x1, y0, y1 = min(xs) - _PAD, max(xs) + _PAD, min(ys) - _PAD, max(ys) + _PAD
     rows = min(rows, count) if count > 3 else 1
-    columns = math.ceil(count / rows)
-    across, down = _UNIT * (x1 - x0), _UNIT * (y1 - y0)
-    width = 0.55 + columns * (across + 0.5)
-    height = 0.6 + rows * (down + 0.75) + 0.2
+    columns, unit = math.ceil(count / rows), _UNIT
+    if sheet.width is not None:
+        columns = 1 if sheet.narrow else min(columns, 3)
+        rows = math.ceil(count / columns)
+        unit = min(_UNIT, ((sheet.width - 0.6) / columns - 0.5) / (x1 - x0))
+    across, down = unit * (x1 - x0), unit * (y1 - y0)
+    width = sheet.width or 0.55 + columns * (across + 0.5)
+    handles = _legend(pushes, outlines)
+    in_row = sheet.columns_of([str(each.get_label()) for each in handles], width)
+    bottom = 0.55 + 0.17 * math.ceil(len(handles) / in_row)
+    height = 0.35 + bottom + rows * (down + 0.75) - 0.4
     figure = Figure(figsize=(width, height))
-    figure.suptitle(title, fontsize=11, color=INK, y=1 - 0.22 / height, va="center")
+    if sheet.width is None:
+        height += 0.3
+        figure.set_size_inches(width, height)
+        figure.suptitle(title, fontsize=11, color=INK, y=1 - 0.22 / height, va="center")
     axes = []
     for i in range(count):
         row, column = divmod(i, columns)
-        left, low = 0.55 + column * (across + 0.5), 0.85 + (rows - 1 - row) * (down + 0.75)
+        left, low = 0.55 + column * (across + 0.5), bottom + (rows - 1 - row) * (down + 0.75)
         axis = figure.add_axes((left / width, low / height, across / width, down / height))
         axis.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
         axis.set_xlabel("along the push line [m]", fontsize=7)
@@ -268,9 +282,7 @@ def _panels(pushes: Sequence[_Push], count: int, rows: int, title: str, outlines
         for spine in axis.spines.values():
             spine.set_color(QUIET)
         axes.append(axis)
-    figure.legend(
-        handles=_legend(pushes, outlines), loc="lower center", ncols=10 if columns > 2 else 5, fontsize=7, frameon=False
-    )
+    figure.legend(handles=handles, loc="lower center", ncols=in_row, fontsize=7, frameon=False)
     return figure, axes
 
 

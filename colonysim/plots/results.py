@@ -5,15 +5,18 @@ from __future__ import annotations
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.intervals import student
 from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
+from colonysim.plots.sheet import SCREEN
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from matplotlib.figure import Figure
+
+    from colonysim.plots.sheet import Sheet
     from colonysim.scenario.groups import Group
     from colonysim.trace.groups import GroupResult
     from colonysim.trace.reader import Run
@@ -36,19 +39,18 @@ def running_interval(values: Sequence[float], window: int = WINDOW) -> list[tupl
     return found
 
 
-def results_figure(run: Run, group: Group | None = None) -> Figure:
+def results_figure(run: Run, group: Group | None = None, sheet: Sheet = SCREEN) -> Figure:
     """Steps until all agents, or those of a group, are at the goal, and the share that is there, by episode."""
     results: Sequence[EpisodeResult | GroupResult] = run.episodes
     if group is not None:
         results = [result for result in run.groups if result.group == group.name]
     numbers = [result.episode for result in results]
-    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
-    figure.suptitle(title_of("Steps and success", run, group), fontsize=11, color=INK)
+    figure = sheet.figure(7.0, 5.4, title_of("Steps and success", run, group))
     above, below = figure.subplots(2, 1, sharex=True)
     most = run.scenario.max_steps
     rows = (
-        (above, [float(result.steps) for result in results], "steps of the episode", BOX, float(most)),
-        (below, [result.success for result in results], "success (share of agents at the goal)", AGENT, 1.0),
+        (above, [float(result.steps) for result in results], "steps", BOX, float(most)),
+        (below, [result.success for result in results], "success", AGENT, 1.0),
     )
     for axes, values, label, color, top in rows:
         means, lows, highs = zip(*running_interval(values), strict=True)
@@ -61,7 +63,7 @@ def results_figure(run: Run, group: Group | None = None) -> Figure:
         plain(axes, "episode" if axes is below else "", label)
         axes.set_ylim(0, 1.05 * top)
     above.axhline(most, color=INK, linewidth=0.8, linestyle="dotted", label="most steps allowed")
-    above.legend(fontsize=7, loc="upper right", bbox_to_anchor=(1.0, 0.95), framealpha=0.9)
     below.set_xlim(numbers[0] - 0.5, numbers[-1] + 0.5)
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
+    sheet.legend(figure, above.get_legend_handles_labels()[0])
     return figure

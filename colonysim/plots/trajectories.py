@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
 
-from colonysim.plots.canvas import AGENT, BOX, GOAL, HOLE, INK, Canvas, panels, title_of
+from colonysim.plots.canvas import AGENTS, BOX, GOAL, HOLE, INK, Canvas, Pen, panels, pens, title_of
+from colonysim.plots.sheet import SCREEN, EmptyFigureError
 from colonysim.trace.replay import follow, places
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from colonysim.plots.sheet import Sheet
     from colonysim.trace.reader import Run
 
 __all__ = ["trajectories_figure"]
@@ -24,26 +26,34 @@ __all__ = ["trajectories_figure"]
 Way = list[tuple[float, float]]
 _FURTHEST = 1e12
 """Graph units; what is further away is outside a panel in any case."""
-_LINES = ("solid", "dashed", "dashdot", "dotted")
+_MOST_NAMED = 8
+"""Agents up to which the legend names each."""
 
 
-def trajectories_figure(run: Run, episodes: Sequence[int]) -> Figure:
-    """A panel an episode; as driven if the run holds poses, else from node to node."""
-    canvas = Canvas.of(run.scenario)
-    figure, axes = panels(canvas, len(episodes), title_of("Trajectories", run), legend=True)
+def trajectories_figure(run: Run, episodes: Sequence[int], sheet: Sheet = SCREEN) -> Figure:
+    """A panel an episode; as driven if the run holds poses, else from node to node.
+
+    Raises:
+        EmptyFigureError: Nothing moved in these episodes.
+    """
+    scenario = run.scenario
+    canvas = Canvas.of(scenario, sheet, len(episodes))
+    found = [(episode, _driven(run, episode)) for episode in episodes]
+    moved = [(driven is not None, driven or _node_to_node(run, canvas, episode)) for episode, driven in found]
+    if not any(agents or boxes for _, (agents, boxes) in moved):
+        raise EmptyFigureError("nothing moved in these episodes")
+    several = pens(len(scenario.agents), AGENTS), pens(len(scenario.boxes), (BOX,))
+    figure, axes = panels(canvas, len(episodes), title_of("Trajectories", run), legend=_legend(canvas, several[0]))
     results = {result.episode: result for result in run.episodes}
-    for axis, episode in zip(axes, episodes, strict=True):
-        _place(canvas, axis, {place.goal for place in places(run.scenario, run.events(episode))})
-        driven = _driven(run, episode)
-        agents, boxes = driven or _node_to_node(run, canvas, episode)
-        first_box = len(run.scenario.agents)
-        for ways, color, width, first in ((boxes, BOX, 2.4, first_box), (agents, AGENT, 1.3, 0)):
+    for axis, episode, (driven, (agents, boxes)) in zip(axes, episodes, moved, strict=True):
+        _place(canvas, axis, {place.goal for place in places(scenario, run.events(episode))})
+        first_box = len(scenario.agents)
+        for ways, pen, width, first in ((boxes, several[1], 2.4, first_box), (agents, several[0], 1.3, 0)):
             for number, way in ways.items():
                 aside = _side(canvas, first + number) if driven else (0.0, 0.0)
-                _draw(axis, way, color, width, _LINES[number % len(_LINES)], aside)
+                _draw(axis, way, pen[number], width, aside)
         result = results[episode]
         canvas.frame(axis, f"episode {episode}: {result.steps} steps, success {result.success:.2f}")
-    figure.legend(handles=_legend(), loc="lower center", ncols=6, fontsize=7, frameon=False)
     return figure
 
 
@@ -54,7 +64,7 @@ def _place(canvas: Canvas, axes: Axes, goals: set[int]) -> None:
     canvas.edges(axes)
     canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white", edge="#9A9A9A")
     canvas.nodes(axes, holes, HOLE, shape="s")
-    canvas.nodes(axes, [ids[goal] for goal in sorted(goals)], "none", shape="D", size=1.35, edge=GOAL)
+    canvas.landmarks(axes, [ids[start.node] for start in scenario.boxes_at_start], [ids[goal] for goal in goals])
     canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
 
 
@@ -102,22 +112,34 @@ def _kept(value: float) -> float:
     return max(-_FURTHEST, min(_FURTHEST, value))
 
 
-def _draw(axes: Axes, way: Way, color: str, width: float, style: str, aside: tuple[float, float]) -> None:
+def _draw(axes: Axes, way: Way, pen: Pen, width: float, aside: tuple[float, float]) -> None:
     xs, ys = zip(*way, strict=True)
-    axes.plot(xs, ys, color=color, linewidth=width, linestyle=style, alpha=0.85, solid_joinstyle="round", zorder=2)
+    axes.plot(
+        xs, ys, color=pen.color, linewidth=width, linestyle=pen.dash, alpha=0.85, solid_joinstyle="round", zorder=2
+    )
     for (x, y), marker, size in ((way[0], "o", 4), (way[-1], "X", 6)):
         axes.plot(
-            x + aside[0], y + aside[1], marker, color=color, markersize=size, markeredgecolor="white",
+            x + aside[0], y + aside[1], marker, color=pen.color, markersize=size, markeredgecolor="white",
             markeredgewidth=0.6, zorder=6,
         )  # fmt: skip
 
 
-def _legend() -> list[Line2D]:
-    return [
-        Line2D([], [], color=AGENT, linewidth=1.3, label="agent"),
-        Line2D([], [], color=BOX, linewidth=2.4, label="box"),
+def _legend(canvas: Canvas, agents: Sequence[Pen]) -> list[Line2D]:
+    def line(pen: Pen, width: float, label: str) -> Line2D:
+        return Line2D([], [], color=pen.color, linestyle=pen.dash, linewidth=width, label=label)
+
+    named = 1 < len(agents) <= _MOST_NAMED
+    shown = agents if named else agents[:1]
+    handles = [line(pen, 1.3, f"agent {i}" if named else "agent") for i, pen in enumerate(shown)]
+    if canvas.scenario.boxes:
+        handles += [
+            Line2D([], [], color=BOX, linewidth=2.4, label="box"),
+            Line2D([], [], linestyle="", marker="s", color="none", markeredgecolor=BOX, label="box at first"),
+        ]
+    handles += [
         Line2D([], [], linestyle="", marker="o", color=INK, markersize=4, label="start"),
         Line2D([], [], linestyle="", marker="X", color=INK, markersize=6, label="end"),
-        Line2D([], [], linestyle="", marker="s", color=HOLE, label="hole"),
-        Line2D([], [], linestyle="", marker="D", color="white", markeredgecolor=GOAL, label="goal"),
     ]
+    if canvas.scenario.holes:
+        handles.append(Line2D([], [], linestyle="", marker="s", color=HOLE, label="hole"))
+    return [*handles, Line2D([], [], linestyle="", marker="D", color="none", markeredgecolor=GOAL, label="goal")]

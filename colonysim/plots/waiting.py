@@ -7,14 +7,18 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, INK, QUIET, plain, title_of
+from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, QUIET, plain, title_of
+from colonysim.plots.sheet import SCREEN, EmptyFigureError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from colonysim.plots.sheet import Sheet
     from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
@@ -62,13 +66,17 @@ def spans(events: Iterable[Event]) -> list[Span]:
     return found
 
 
-def waiting_figure(run: Run, episode: int, group: Group | None = None) -> Figure:
-    """Above, how many agents did what over the time of an episode; below, the share of waiting by episode.
+def waiting_figure(run: Run, episode: int, group: Group | None = None, sheet: Sheet = SCREEN) -> Figure:
+    """Above, how many agents did what over the time of an episode; below, the share of waiting by episode, if any.
 
     Args:
         run: The run.
         episode: The episode above.
         group: The agents that count; None for all.
+        sheet: What it is drawn on.
+
+    Raises:
+        EmptyFigureError: Nobody waited in any episode, and in this one nothing took any time.
     """
     agents = range(len(run.scenario.agents)) if group is None else group.agents
     numbers = [result.episode for result in run.episodes]
@@ -81,39 +89,45 @@ def waiting_figure(run: Run, episode: int, group: Group | None = None) -> Figure
         if number in numbers:
             for state, share in _shares(own).items():
                 shares[state][numbers.index(number)] = share
-    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
-    figure.suptitle(title_of("Waiting and blocking", run, group), fontsize=11, color=INK)
-    above, below = figure.subplots(2, 1)
-    length = {result.episode: result.sim_seconds for result in run.episodes}
-    times, counts = _counts(spans(shown), length[episode])
-    kept = [i for i, state in enumerate(_STATES) if counts[state].any()]
-    # Of an episode in which nothing took any time there is nothing to stack.
-    if kept:
-        above.stackplot(
-            times, [counts[_STATES[i]] for i in kept], step="post", colors=[_COLOURS[i] for i in kept],
-            labels=[_STATES[i] for i in kept], linewidth=0,
-        )  # fmt: skip
-    wrong = [event.time for event in shown if event.kind == "end" and event.status != "arrived"]
-    if wrong:
-        above.plot(wrong, [0] * len(wrong), "|", color=BLOCKED, markersize=9, label="did not arrive", clip_on=False)
-    plain(above, "simulated time [s]", "agents", f"episode {episode}")
-    above.set(xlim=(0, max(length[episode], 1e-9)), ylim=(0, len(agents)))
-    above.yaxis.set_major_locator(MaxNLocator(integer=True))
-    above.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-
-    bottom = np.zeros(len(numbers))
-    for state in (state for state in _WAITS if shares[state].any()):
-        below.bar(numbers, shares[state], bottom=bottom, color=_COLOURS[_STATES.index(state)], label=state, width=0.8)
-        bottom += shares[state]
-    plain(below, "episode", "time until the goal\nspent waiting [%]", "all episodes")
-    below.set_xlim(numbers[0] - 0.6, numbers[-1] + 0.6)
-    below.set_ylim(0, max(1.08 * float(bottom.max()), 1.0))
-    below.xaxis.set_major_locator(MaxNLocator(integer=True))
-    if bottom.any():
-        below.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    else:
-        below.text(0.5, 0.5, "nobody waited", transform=below.transAxes, ha="center", fontsize=8, color=INK)
+    length = next(result.sim_seconds for result in run.episodes if result.episode == episode)
+    times, counts = _counts(spans(shown), length)
+    timed, waited = any(each.any() for each in counts.values()), any(share.any() for share in shares.values())
+    if not timed and not waited:
+        raise EmptyFigureError(f"in episode {episode} nothing took any time, and nobody waited in any")
+    rows = timed + waited
+    figure = sheet.figure(7.0, 0.6 + 2.6 * rows, title_of("Waiting and blocking", run, group))
+    panels = [*figure.subplots(rows, 1, squeeze=False).flat]
+    if timed:
+        wrong = [event.time for event in shown if event.kind == "end" and event.status != "arrived"]
+        _stack(panels[0], times, counts, wrong)
+        plain(panels[0], "simulated time [s]", "agents", f"episode {episode}")
+        panels[0].set(xlim=(0, max(length, 1e-9)), ylim=(0, len(agents)))
+        panels[0].yaxis.set_major_locator(MaxNLocator(integer=True))
+    if waited:
+        below, bottom = panels[-1], np.zeros(len(numbers))
+        for state in (state for state in _WAITS if shares[state].any()):
+            below.bar(
+                numbers, shares[state], bottom=bottom, color=_COLOURS[_STATES.index(state)], label=state, width=0.8
+            )
+            bottom += shares[state]
+        plain(below, "episode", "time until the goal\nspent waiting [%]", "all episodes")
+        below.set_xlim(numbers[0] - 0.6, numbers[-1] + 0.6)
+        below.set_ylim(0, 1.08 * float(bottom.max()))
+        below.xaxis.set_major_locator(MaxNLocator(integer=True))
+    sheet.legend(figure, [handle for axes in panels for handle in axes.get_legend_handles_labels()[0]])
     return figure
+
+
+def _stack(axes: Axes, times: np.ndarray, counts: dict[str, np.ndarray], wrong: Sequence[float]) -> None:
+    kept = [i for i, state in enumerate(_STATES) if counts[state].any()]
+    axes.stackplot(
+        times, [counts[_STATES[i]] for i in kept], step="post", colors=[_COLOURS[i] for i in kept],
+        labels=[_STATES[i] for i in kept], linewidth=0,
+    )  # fmt: skip
+    if wrong:
+        axes.plot(
+            wrong, [0] * len(wrong), "|", color=BLOCKED, markersize=9, label="did not arrive", clip_on=False
+        )  # fmt: skip
 
 
 def _counts(found: Sequence[Span], length: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
+from colonysim.plots.sheet import SCREEN, EmptyFigureError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from matplotlib.figure import Figure
+
+    from colonysim.plots.sheet import Sheet
     from colonysim.scenario.groups import Group
     from colonysim.trace.reader import Run
 
@@ -35,24 +38,30 @@ def gini(values: Sequence[float]) -> float:
     return ranked / (count * whole)
 
 
-def workload_figure(run: Run, group: Group | None = None) -> Figure:
-    """Left, the steps of each agent by what they were for; right, how evenly they are shared, by episode.
+def workload_figure(run: Run, group: Group | None = None, sheet: Sheet = SCREEN) -> Figure:
+    """The steps of each agent by what they were for; beside it, how evenly they are shared, by episode.
 
     Args:
         run: The run.
         group: The agents that count; None for all.
+        sheet: What it is drawn on.
+
+    Raises:
+        EmptyFigureError: No agent began a step.
     """
     agents = range(len(run.scenario.agents)) if group is None else group.agents
     numbers = [result.episode for result in run.episodes]
     steps: Counter[tuple[int, int, str]] = Counter(
         (event.episode, event.agent, event.action) for event in run.events() if event.kind == "end"
     )
+    if not any(agent in agents for _, agent, _ in steps):
+        raise EmptyFigureError("no agent ended a step")
     totals: Counter[tuple[int, str]] = Counter()
     for (_, agent, action), count in steps.items():
         totals[agent, action] += count
-    figure = Figure(figsize=(8.4, 3.6), layout="constrained")
-    figure.suptitle(title_of("Workload", run, group), fontsize=11, color=INK)
-    left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
+    rows, columns = sheet.beside(2)
+    figure = sheet.figure(4.2 * columns, (2.6 if sheet.narrow else 3.6) * rows, title_of("Workload", run, group))
+    left, right = figure.subplots(rows, columns)
     bottom = [0.0] * len(agents)
     for action, label, color in _ACTIONS:
         heights = [totals[agent, action] / len(numbers) for agent in agents]
@@ -65,7 +74,6 @@ def workload_figure(run: Run, group: Group | None = None) -> Figure:
     left.set_xlim(agents.start - 0.7, agents.stop - 0.3)
     left.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     left.set_ylim(0, 1.25 * max(*bottom, 1.0))
-    left.legend(fontsize=7, frameon=False, ncols=3, loc="upper right")
     for label, color, chosen in (("steps", INK, names), ("pushes", BOX, ["push"])):
         shares = [
             gini([sum(steps[number, agent, name] for name in chosen) for agent in agents]) for number in numbers
@@ -74,5 +82,8 @@ def workload_figure(run: Run, group: Group | None = None) -> Figure:
     plain(right, "episode", "Gini coefficient [0: all alike]", "by episode")
     right.set(xlim=(numbers[0] - 0.5, numbers[-1] + 0.5), ylim=(-0.03, 1.03))
     right.xaxis.set_major_locator(MaxNLocator(integer=True))
+    # The two diagrams give "pushes" colours of their own: each keeps its legend, above its data.
+    left.legend(fontsize=7, frameon=False, ncols=3, loc="upper right")
     right.legend(fontsize=7, frameon=False, ncols=2, loc="upper right")
+    right.set_ylim(-0.03, 1.18)
     return figure

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -12,17 +11,16 @@ from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.suggest import nearest
-from colonysim.sweep.groups import read_by_group
-from colonysim.sweep.tables import read_tables, settings
-from colonysim.trace.manifest import is_run
-from colonysim.trace.reader import Run
+from colonysim.sweep.played import MEASURES, read_source
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["MEASURES", "Difference", "compare"]
+__all__ = ["DIGITS", "MEASURES", "Difference", "Pooled", "compare", "pooled"]
 
-MEASURES = ("success", "steps", "sim_seconds")
+DIGITS = {"success": 3, "steps": 1, "sim_seconds": 1}
+"""Digits behind the point with which a measure is told to people."""
+_NOUNS = {"success": "Success", "steps": "The number of steps", "sim_seconds": "The simulated time in seconds"}
 Key = tuple[Any, ...]
 
 
@@ -40,6 +38,7 @@ class Difference:
         difference: The other's less the reference's.
         interval: Its 95 % interval over seeds (bootstrap from 8 on, Student's for fewer); None with one seed.
         seeds: How many both have.
+        by_seed: The difference for each of them.
     """
 
     where: Mapping[str, Any]
@@ -51,6 +50,54 @@ class Difference:
     difference: float
     interval: tuple[float, float] | None
     seeds: int
+    by_seed: Mapping[int, float]
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """One effect over all pairs of seeds and settings, each pair counting the same.
+
+    Attributes:
+        by: The column, as of a `Difference`.
+        reference: Its value that is compared with.
+        other: Its other value.
+        measure: One of `MEASURES`.
+        means: Of the reference and of the other, over the pairs.
+        difference: The other's less the reference's, the mean over the pairs.
+        interval: Its 95 % interval over pairs, as of a `Difference`; None with one pair.
+        pairs: How many pairs there are, each two runs of the same seed and settings.
+        settings: How many settings they are of.
+    """
+
+    by: str
+    reference: Any
+    other: Any
+    measure: str
+    means: tuple[float, float]
+    difference: float
+    interval: tuple[float, float] | None
+    pairs: int
+    settings: int
+
+    @property
+    def sentence(self) -> str:
+        """What the effect means, in one sentence."""
+        digits, noun = DIGITS[self.measure], _NOUNS[self.measure]
+        here, there = (f"with {self.by} {'-' if value is None else value}" for value in (self.other, self.reference))
+        over = "one pair of runs" if self.pairs == 1 else f"{self.pairs} pairs of runs"
+        size = f"{abs(self.difference):.{digits}f} {'higher' if self.difference > 0 else 'lower'}"
+        told = f"{noun} is {size} {here} than {there}, over {over}"
+        if not self.difference:
+            told = f"{noun} is on average the same {here} as {there}, over {over}"
+        if self.interval is None:
+            return f"{told}: too few to tell a difference from chance."
+        low, high = self.interval
+        span = f"the 95 % interval of the difference, {low:+.{digits}f} to {high:+.{digits}f}"
+        if low == high == 0.0:
+            return f"{told}: no pair differs."
+        if low <= 0.0 <= high:
+            return f"{told}, but {span}, holds 0: this may be chance." if self.difference else f"{told}: {span}."
+        return f"{told}: {span}, leaves 0 out, so this is more than chance."
 
 
 def compare(
@@ -105,6 +152,40 @@ def compare(
     return found
 
 
+def pooled(differences: Sequence[Difference]) -> list[Pooled]:
+    """The effect of each other value on each measure over all pairs of seeds and settings.
+
+    Pairs count as independent of each other: so they are if a seed draws nothing that two settings share. Groups of
+    agents of the same two runs are not, so their mean counts as one pair.
+
+    Args:
+        differences: What `compare` found.
+    """
+    groups: dict[tuple[str, str], list[Difference]] = {}
+    for each in differences:
+        groups.setdefault((repr(each.other), each.measure), []).append(each)
+    found = []
+    for (_, measure), group in groups.items():
+        pairs: dict[tuple[str, int], list[float]] = {}
+        for each in group:
+            where = repr({name: value for name, value in each.where.items() if name != "group"})
+            for seed, value in each.by_seed.items():
+                pairs.setdefault((where, seed), []).append(value)
+        first, values = group[0], [fmean(values) for values in pairs.values()]
+        seeds = sum(each.seeds for each in group)
+        one, two = (sum(each.means[side] * each.seeds for each in group) / seeds for side in (0, 1))
+        interval = of_mean(values, within=_within(measure))
+        about = first.by, first.reference, first.other, measure
+        settings = len({where for where, _ in pairs})
+        found.append(Pooled(*about, (one, two), fmean(values), interval, len(values), settings))
+    return found
+
+
+def _within(measure: str) -> tuple[float, float] | None:
+    """What a difference can be at all."""
+    return (-1.0, 1.0) if measure == "success" else None
+
+
 def _differences(
     where: dict[str, Any], by: str, reference: Any, other: Any, one: dict[int, Any], two: dict[int, Any]
 ) -> list[Difference]:
@@ -113,10 +194,13 @@ def _differences(
     measures = [measure for measure in MEASURES if seeds and measure in one[seeds[0]]]
     for measure in measures:
         pairs = [(one[seed][measure], two[seed][measure]) for seed in seeds]
-        values = [second - first for first, second in pairs]
+        by_seed = {seed: second - first for seed, (first, second) in zip(seeds, pairs, strict=True)}
+        values = [*by_seed.values()]
         means = fmean(first for first, _ in pairs), fmean(second for _, second in pairs)
-        interval = of_mean(values, within=(-1.0, 1.0) if measure == "success" else None)
-        found.append(Difference(where, by, reference, other, measure, means, fmean(values), interval, len(seeds)))
+        interval = of_mean(values, within=_within(measure))
+        found.append(
+            Difference(where, by, reference, other, measure, means, fmean(values), interval, len(seeds), by_seed)
+        )
     return found
 
 
@@ -155,51 +239,5 @@ def _twice(rows: Sequence[dict[str, Any]]) -> bool:
 
 def _rows(path: Path, episodes: tuple[int, int] | None, grouped: bool) -> list[dict[str, Any]]:
     """For each run, or each group of its agents, its columns ("about"), its seed and the means of the measures."""
-    first, last = episodes or (1, 10**9)
-    rows = []
-    for about, seed, played in (_of_run if is_run(path) else _of_sweep)(path, grouped):
-        counted = [episode for episode in played if first <= episode["episode"] <= last]
-        if counted:
-            there = [measure for measure in MEASURES if measure in counted[0]]
-            means = {measure: fmean(float(episode[measure]) for episode in counted) for measure in there}
-            rows.append({"about": {"source": str(path), **about}, "seed": seed, **means})
-    return rows
-
-
-_Played = list[tuple[dict[str, Any], int, list[dict[str, Any]]]]
-"""Columns, seed and episodes of each run or trial, or of each group in it."""
-
-
-def _of_run(path: Path, grouped: bool) -> _Played:
-    run = Run.open(path)
-    about, seed = _about(run.manifest), int(run.manifest["seed"])
-    if not grouped:
-        return [(about, seed, [episode._asdict() for episode in run.episodes])]
-    found: dict[str, list[dict[str, Any]]] = {}
-    for result in run.groups:
-        found.setdefault(result.group, []).append(result._asdict())
-    if run.manifest.get("scenario") is None or not run.scenario.groups:
-        raise ColonysimError(f"{path}: its scenario has no groups of agents")
-    return [({**about, "group": name}, seed, episodes) for name, episodes in found.items()]
-
-
-def _of_sweep(path: Path, grouped: bool) -> _Played:
-    trials, episodes_of = read_by_group(path) if grouped else read_tables(path)
-    names = settings(trials)
-    played: dict[str, list[dict[str, Any]]] = {}
-    for episode in episodes_of.to_pylist():
-        played.setdefault(episode["trial"], []).append(episode)
-    done = [row for row in trials.to_pylist() if row["status"] == "succeeded"]
-    return [({name: row[name] for name in names}, int(row["seed"]), played.get(row["trial"], [])) for row in done]
-
-
-def _about(manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """The columns of a run, named as those of a trial."""
-    options = manifest["options"]
-    about = {"scenario": manifest["name"], **{n: manifest.get(n) for n in ("variant", "backend", "policy", "mode")}}
-    about |= {f"backend.{name}": value for name, value in sorted(dict(options.get("backend") or {}).items())}
-    overrides = options.get("overrides") or {}
-    if not isinstance(overrides, dict):
-        overrides = dict(str(word).split("=", 1) for word in overrides)
-    return {**about, **{n: v if isinstance(v, str) else json.dumps(v) for n, v in overrides.items()},
-            "version": manifest["versions"].get("colonysim")}  # fmt: skip
+    found = [(each, each.means(episodes)) for each in read_source(path, grouped).played]
+    return [{"about": each.about, "seed": each.seed, **means} for each, means in found if means]

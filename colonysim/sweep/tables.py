@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import MAX_COUNT, MAX_SEED, as_span
 from colonysim.errors import ColonysimError, MissingExtraError
-from colonysim.files import read_file, replacing
+from colonysim.files import LOCK, read_file, replacing
 from colonysim.installing import install_command
 from colonysim.intervals import of_mean
 from colonysim.trace.checks import LONGEST
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from colonysim.sweep.plan import Trial
 
 __all__ = [
-    "BOUNDS", "SHARDS", "has_groups", "query", "read_table", "read_tables", "settings", "summary", "write_tables",
+    "BOUNDS", "SHARDS", "check_apart", "has_groups", "query", "read_table", "read_tables", "settings", "summary",
+    "write_tables",
 ]  # fmt: skip
 
 SHARDS = "shards"
@@ -56,6 +57,10 @@ _MOST_VALUES = 1000
 _BETWEEN = 0.5
 """Seconds of wall clock within which both tables are renewed."""
 
+_OWN = (
+    LOCK, "journal.jsonl", "sweep.yaml", "state.npz", "trials.parquet", "episodes.parquet", "groups.parquet",
+)  # fmt: skip
+"""The files of a sweep's directory."""
 EPISODE = ("episode", "steps", "success", "ended", "sim_seconds", "seated")
 GROUP = ("episode", "group", "agents", "success", "steps")
 
@@ -196,6 +201,20 @@ def read_tables(directory: str | Path) -> tuple[Any, Any]:
             )
         time.sleep(_BETWEEN)  # a sweep under way renews one after the other
     return trials, episodes
+
+
+def check_apart(directory: str | Path, out: str | Path) -> None:
+    """Checks that a file which is to be written is none of a sweep's own.
+
+    Raises:
+        ColonysimError: It is.
+    """
+    try:
+        within = Path(out).resolve().relative_to(Path(directory).resolve()).parts
+    except (OSError, ValueError, RuntimeError):  # elsewhere, or no name of a file at all
+        return
+    if within and within[0] in _OWN:
+        raise ColonysimError(f"{out}: is part of the sweep; write to another file")
 
 
 def has_groups(directory: str | Path) -> bool:

@@ -132,7 +132,7 @@ def test_readers_of_a_run(run, folder):
     each(lambda value: attempts(run, value), "episodes", wrong)
     each(lambda value: draw(run, hole=value), "hole", [2.5, "3", -1, True])
     each(lambda value: draw(run, box=value), "box", [2.5, "3", -1, True])
-    each(lambda value: draw(run, dpi=value), "dpi", [0, -1, math.nan, math.inf, "high", None])
+    each(lambda value: draw(run, dpi=value), "dpi", [0, -1, math.nan, math.inf, "high"])
     each(lambda value: write_video(run, "x.gif", episode=value), "episode", no_default(NO_COUNT))
     each(lambda value: write_video(run, "x.gif", fps=value), "fps", NO_COUNT)
     each(lambda value: write_video(run, "x.gif", seconds=value), "seconds", [math.inf, math.nan, -1, "20", None, True])

@@ -84,7 +84,7 @@ def test_a_manifest_says_which_variant_and_settings_a_scenario_was_loaded_with(f
     for each in (one, two, three):
         assert each.manifest["variant"] == "r5-4" and each.manifest["options"]["overrides"] == said
         assert each.trace_sha256 == one.trace_sha256
-    compared = json.loads(cli("compare", "one", "two", "--json").stdout)
+    compared = json.loads(cli("compare", "one", "two", "--json").stdout)["differences"]
     assert {row["by"] for row in compared} == {"source"} and all(row["difference"] == 0 for row in compared)
     document = {**scenario.document, "variants": {"slow": {"max_steps": 9}}}
     other = colonysim.scenario_from_document(document, variant="slow")

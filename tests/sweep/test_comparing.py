@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 
 import pytest
@@ -12,7 +14,7 @@ from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.sweep import run_sweep
-from colonysim.sweep.comparing import _differences, compare
+from colonysim.sweep.comparing import _differences, compare, pooled
 from colonysim.sweep.tables import read_table
 from colonysim.trace.manifest import read_manifest, write_manifest
 
@@ -121,10 +123,21 @@ def test_two_columns_at_once_are_refused(sweep):
 
 def test_on_the_command_line(sweep):
     answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--json"])
-    rows = json.loads(answer.stdout)
-    assert len(rows) == 6 and {row["seeds"] for row in rows} == {8}
+    told = json.loads(answer.stdout)
+    assert len(told["differences"]) == 6 and {row["seeds"] for row in told["differences"]} == {8}
+    values = [value for name in ("sanity", "easy") for value in by_hand(sweep, name, "steps")]
+    [steps] = [row for row in told["pooled"] if row["measure"] == "steps"]
+    assert (steps["pairs"], steps["settings"], steps["reference"], steps["other"]) == (16, 2, "paper", "colony")
+    assert steps["difference"] == pytest.approx(sum(values) / 16)
+    assert [steps["difference_low"], steps["difference_high"]] == pytest.approx(of_mean(values))
+    assert steps["other_mean"] - steps["reference_mean"] == pytest.approx(steps["difference"])
     answer = CliRunner().invoke(app, ["compare", str(sweep), "--by", "policy", "--episodes", "2"])
     assert answer.exit_code == 0 and "colony" in answer.stdout and "sim_seconds" in answer.stdout
+    lines = [line for line in answer.stdout.splitlines() if "with policy colony" in line]
+    assert [line.split(" is ")[0] for line in lines] == [
+        "Success", "The number of steps", "The simulated time in seconds",
+    ]  # fmt: skip
+    assert answer.stdout.index(lines[-1]) < answer.stdout.index("each setting by itself")
     assert CliRunner().invoke(app, ["compare", str(sweep)]).exit_code == 2
 
 
@@ -138,3 +151,44 @@ def test_a_difference_of_shares_is_no_larger_than_one(sweep):
 
 def _seeds(*success: float) -> dict[int, dict[str, float]]:
     return {seed: {"success": value, "steps": 1.0, "sim_seconds": 1.0} for seed, value in enumerate(success)}
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "said"),
+    [
+        ((9.0, 8.0, 9.0), (4.0, 3.0, 5.0), "4.7 lower with policy b than with policy a, over 3 pairs of runs: the 95 % "
+         "interval of the difference, -6.1 to -3.2, leaves 0 out, so this is more than chance."),
+        ((9.0, 1.0, 9.0), (4.0, 3.0, 9.5), "0.8 lower with policy b than with policy a, over 3 pairs of runs, but the "
+         "95 % interval of the difference, -10.0 to +8.3, holds 0: this may be chance."),
+        ((9.0, 1.0), (9.0, 1.0), "on average the same with policy b as with policy a, over 2 pairs of runs: no pair "
+         "differs."),
+        ((9.0,), (4.0,), "5.0 lower with policy b than with policy a, over one pair of runs: too few to tell a "
+         "difference from chance."),
+    ],
+)  # fmt: skip
+def test_what_a_pooled_effect_means_is_said_in_a_sentence(one, two, said):
+    first, second = ({n: {**row, "steps": steps[n]} for n, row in _seeds(*steps).items()} for steps in (one, two))
+    [steps] = [each for each in pooled(_differences({}, "policy", "a", "b", first, second)) if each.measure == "steps"]
+    assert steps.sentence == f"The number of steps is {said}" and steps.pairs == len(one)
+
+
+def test_results_as_csv_hold_every_column_and_all_digits(sweep, tmp_path):
+    rows = json.loads(CliRunner().invoke(app, ["results", str(sweep), "--json"]).stdout)
+    answer = CliRunner().invoke(app, ["results", str(sweep), "--csv"])
+    told = list(csv.DictReader(io.StringIO(answer.stdout)))
+    assert [[*row] for row in told] == [[*row] for row in rows] and "steps_low" in told[0]
+    assert [[float(row[name]) for name in ("success", "steps", "steps_high")] for row in told] == [
+        [row[name] for name in ("success", "steps", "steps_high")] for row in rows
+    ]
+    assert CliRunner().invoke(app, ["results", str(sweep), "--csv", "-o", str(tmp_path / "a.csv")]).exit_code == 0
+    assert (tmp_path / "a.csv").read_text() == answer.stdout
+    before = (sweep / "trials.parquet").read_bytes()
+    for words, said in (
+        (["--csv", "-o", str(sweep / "trials.parquet")], "is part of the sweep"), (["--csv", "--json"], "one of them"),
+        (["-o", str(tmp_path / "b")], "only with --csv"),
+    ):  # fmt: skip
+        refused = CliRunner().invoke(app, ["results", str(sweep), *words])
+        assert refused.exit_code == 2 and said in refused.stderr
+    assert (sweep / "trials.parquet").read_bytes() == before
+    query = CliRunner().invoke(app, ["results", str(sweep), "--csv", "--sql", "SELECT 1/3 AS x, NULL AS y"])
+    assert query.stdout == f"x,y\n{1 / 3!r},\n"

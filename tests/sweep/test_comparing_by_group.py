@@ -67,7 +67,14 @@ def test_runs_are_compared_by_group_and_the_command_says_so(swept: Path, tmp_pat
     paths = [str(tmp_path / "paper"), str(tmp_path / "colony")]
     done = CliRunner().invoke(app, ["compare", *paths, "--by-group", "--json"])
     assert done.exit_code == 0, done.output
-    rows = json.loads(done.stdout)
+    rows, pooled = (json.loads(done.stdout)[name] for name in ("differences", "pooled"))
+    # Two groups of the same two runs are one pair, not two.
+    assert [(each["measure"], each["pairs"], each["settings"]) for each in pooled] == [
+        ("success", 1, 1), ("steps", 1, 1),
+    ]  # fmt: skip
+    for each in pooled:
+        of_groups = [row["difference"] for row in rows if row["measure"] == each["measure"]]
+        assert each["difference"] == pytest.approx(sum(of_groups) / 2)
     assert {(row["group"], row["by"], row["reference"], row["measure"]) for row in rows} == {
         (group, "policy", "paper", measure) for group in ("quick", "slow") for measure in ("success", "steps")
     }
