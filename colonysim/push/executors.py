@@ -69,6 +69,7 @@ class Scripted:
         self, scene: Scene, robot: int, task: PushTask, obstacles: Obstacles, log: Log = ignore, seed: int = 0
     ) -> Manoeuvre:
         """See `Executor`."""
+        del seed  # nothing is drawn
         return scripted_push(scene, robot, task, obstacles, log, self._settings)
 
 

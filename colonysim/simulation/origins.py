@@ -84,12 +84,17 @@ def refuse_code_of_others(scenario: Scenario, way: str) -> None:
         PluginError: It would.
     """
     groups = scenario.parts_of_groups
-    extra = [*(scenario.parameters.get("extra_fields") or ()), *(name for _, own in groups for name in own)]
+    extra = [name for own in (scenario.parameters, *(own for _, own in groups)) for name in _named_fields(own)]
     others = [str(name) for name in extra if not known("fields", str(name))]
     others += [policy for policy, _ in groups if policy is not None and not known("policies", policy)]
     others += of_others(scenario)
     if others:
         raise PluginError(f"names code of others, which no file imports by itself: {', '.join(others)}; give {way}")
+
+
+def _named_fields(parameters: Mapping[str, Any]) -> list[Any]:
+    found = parameters.get("extra_fields") or ()
+    return [found] if isinstance(found, str) else [*found]
 
 
 def refuse_executor_of_others(options: Mapping[str, Any] | None) -> None:

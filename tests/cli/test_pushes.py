@@ -87,7 +87,7 @@ def test_a_record_is_drawn_from_its_directory_alone(recorded: tuple[Path, Result
     for words, said in [
         (("--episodes", "7"), "it has 1 to 6"),
         (("-w", "trajectoris"), "did you mean 'trajectories'?"),
-        (("--box", "0"), "no pheromones"),
+        (("--box", "0"), "neither hole, box nor group"),
     ]:
         mistake = colonysim("plot", recorded[0], *words)
         assert mistake.exit_code == 2 and said in mistake.stderr

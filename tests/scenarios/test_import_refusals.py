@@ -21,6 +21,7 @@ from typer.testing import CliRunner
 from colonysim import import_map
 from colonysim.cli import app
 from colonysim.errors import ColonysimError, ColonysimWarning
+from colonysim.installing import install_command
 
 MAPS = Path(__file__).parent / "maps"
 
@@ -186,7 +187,7 @@ def test_colours_and_tolerance_are_what_one_says(tmp_path):
 
 def test_nothing_is_imported_without_pillow(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "PIL", None)
-    assert "pip install 'colonysim[maps]'" in refused(tmp_path, "x.png", SOUND)
+    assert install_command("maps") in refused(tmp_path, "x.png", SOUND)
 
 
 PLAN = ["#####", "#a.b#", "#.hg#", "#####"]

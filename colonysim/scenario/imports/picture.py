@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import shown, whole
 from colonysim.characters import printable
 from colonysim.errors import ColonysimError, MissingExtraError, ScenarioError
+from colonysim.installing import install_command
 from colonysim.scenario.imports.drawing import KINDS, Drawing, Kind, check_size
 from colonysim.suggest import nearest
 
@@ -134,7 +135,7 @@ def _pixels(data: bytes, source: str) -> NDArray[np.uint32]:
     try:
         from PIL import Image
     except ImportError as error:
-        raise MissingExtraError(f"a picture as a map needs Pillow ({error}): pip install 'colonysim[maps]'") from error
+        raise MissingExtraError(f"a picture as a map needs Pillow ({error}): {install_command('maps')}") from error
     if not data.startswith(_SIGNATURE):
         raise ScenarioError(f"{source}: is no PNG picture, whose first bytes are another's")
     if len(data) < 33 or data[12:16] != b"IHDR":
