@@ -101,7 +101,7 @@ def test_the_page_of_commands_has_all_of_them_with_all_their_options() -> None:
 
 
 def test_the_page_of_the_format_has_every_field_and_says_what_it_may_be() -> None:
-    from colonysim.scenario.schema import scenario_schema
+    from colonysim.policies.schema import scenario_schema
 
     page, schema = build.scenario_format(), scenario_schema()
     for name, kind in [("Scenario", schema), *schema["$defs"].items()]:
