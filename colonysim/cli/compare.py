@@ -66,8 +66,10 @@ def command(
         return
     heads = ["against", "measure", ">it", ">against it", ">difference [95 %]"]
     print_table(
-        [found[0].by, *heads, ">pairs", ">settings"],
-        [[*_cells(each), str(each.pairs), str(each.settings)] for each in over_all], "over all seeds and settings",
+        [*over_all[0].where, found[0].by, *heads, ">pairs", ">settings"],
+        [
+            [*map(_word, each.where.values()), *_cells(each), str(each.pairs), str(each.settings)] for each in over_all
+        ], "over all seeds and settings",
     )  # fmt: skip
     for each in over_all:
         print_result(printable(each.sentence, 400))
@@ -96,7 +98,7 @@ def _as_json(each: Difference) -> dict[str, Any]:
 
 
 def _pooled(each: Pooled) -> dict[str, Any]:
-    return {**_effect(each), "pairs": each.pairs, "settings": each.settings, "meaning": each.sentence}
+    return {**each.where, **_effect(each), "pairs": each.pairs, "settings": each.settings, "meaning": each.sentence}
 
 
 def _effect(each: Difference | Pooled) -> dict[str, Any]:

@@ -231,7 +231,11 @@ def _result_jobs(
     from colonysim.plots.progress import progress_figure
     from colonysim.plots.settings import heatmap_figure, means_figure
     from colonysim.sweep.played import read_source
+    from colonysim.trace.manifest import is_run, read_manifest
 
+    for folder in folders:
+        if is_run(folder) and "evaluation" in read_manifest(folder):
+            raise ColonysimError(f"{folder}: a run of single pushes, which is drawn by itself")
     sources = [read_source(folder) for folder in folders]
     for source in sources:
         if source.shortfall:

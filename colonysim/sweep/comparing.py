@@ -58,6 +58,7 @@ class Pooled:
     """One effect over all pairs of seeds and settings, each pair counting the same.
 
     Attributes:
+        where: The `group` of agents whose effect it is, if each is compared for itself; else empty.
         by: The column, as of a `Difference`.
         reference: Its value that is compared with.
         other: Its other value.
@@ -69,6 +70,7 @@ class Pooled:
         settings: How many settings they are of.
     """
 
+    where: Mapping[str, Any]
     by: str
     reference: Any
     other: Any
@@ -83,6 +85,8 @@ class Pooled:
     def sentence(self) -> str:
         """What the effect means, in one sentence."""
         digits, noun = DIGITS[self.measure], _NOUNS[self.measure]
+        if self.where.get("group") is not None:
+            noun = f"{noun} of group {self.where['group']}"
         here, there = (f"with {self.by} {'-' if value is None else value}" for value in (self.other, self.reference))
         over = "one pair of runs" if self.pairs == 1 else f"{self.pairs} pairs of runs"
         size = f"{abs(self.difference):.{digits}f} {'higher' if self.difference > 0 else 'lower'}"
@@ -153,31 +157,24 @@ def compare(
 
 
 def pooled(differences: Sequence[Difference]) -> list[Pooled]:
-    """The effect of each other value on each measure over all pairs of seeds and settings.
+    """The effect of each other value on each measure over all pairs of seeds and settings, or those of each group.
 
-    Pairs count as independent of each other: so they are if a seed draws nothing that two settings share. Groups of
-    agents of the same two runs are not, so their mean counts as one pair.
+    Pairs count as independent of each other: so they are if a seed draws nothing that two settings share.
 
     Args:
         differences: What `compare` found.
     """
-    groups: dict[tuple[str, str], list[Difference]] = {}
+    alike: dict[tuple[str, str, str], list[Difference]] = {}
     for each in differences:
-        groups.setdefault((repr(each.other), each.measure), []).append(each)
+        alike.setdefault((repr(each.where.get("group")), repr(each.other), each.measure), []).append(each)
     found = []
-    for (_, measure), group in groups.items():
-        pairs: dict[tuple[str, int], list[float]] = {}
-        for each in group:
-            where = repr({name: value for name, value in each.where.items() if name != "group"})
-            for seed, value in each.by_seed.items():
-                pairs.setdefault((where, seed), []).append(value)
-        first, values = group[0], [fmean(values) for values in pairs.values()]
-        seeds = sum(each.seeds for each in group)
-        one, two = (sum(each.means[side] * each.seeds for each in group) / seeds for side in (0, 1))
+    for (*_, measure), group in alike.items():
+        first, values = group[0], [value for each in group for value in each.by_seed.values()]
+        one, two = (sum(each.means[side] * each.seeds for each in group) / len(values) for side in (0, 1))
         interval = of_mean(values, within=_within(measure))
-        about = first.by, first.reference, first.other, measure
-        settings = len({where for where, _ in pairs})
-        found.append(Pooled(*about, (one, two), fmean(values), interval, len(values), settings))
+        where = {name: value for name, value in first.where.items() if name == "group"}
+        about = where, first.by, first.reference, first.other, measure
+        found.append(Pooled(*about, (one, two), fmean(values), interval, len(values), len(group)))
     return found
 
 
@@ -239,5 +236,5 @@ def _twice(rows: Sequence[dict[str, Any]]) -> bool:
 
 def _rows(path: Path, episodes: tuple[int, int] | None, grouped: bool) -> list[dict[str, Any]]:
     """For each run, or each group of its agents, its columns ("about"), its seed and the means of the measures."""
-    found = [(each, each.means(episodes)) for each in read_source(path, grouped).played]
+    found = [(each, each.means(episodes)) for each in read_source(path, grouped=grouped).played]
     return [{"about": each.about, "seed": each.seed, **means} for each, means in found if means]

@@ -26,13 +26,14 @@ MEASURES = ("success", "steps", "sim_seconds")
 
 @dataclass(frozen=True)
 class Played:
-    """A run, or a trial of a sweep that has succeeded.
+    """A run, or a trial of a sweep that has succeeded; or one group of agents in it.
 
     Attributes:
-        about: What was played, by column: `source` (the directory), then the settings; of a run `version` too.
+        about: What was played, by column: `source` (the directory), then the settings; of a run `version` too, and of a
+            group of agents `group`, its name.
         seed: Its seed.
-        episodes: For each complete episode its number (`episode`) and each of `MEASURES`; of a group of agents without
-            `sim_seconds`.
+        episodes: For each complete episode its number (`episode`) and each of `MEASURES`; of a group no `sim_seconds`,
+            for time is that of all agents.
     """
 
     about: Mapping[str, Any]
@@ -40,7 +41,7 @@ class Played:
     episodes: Sequence[Mapping[str, Any]]
 
     def means(self, episodes: tuple[int, int] | None = None) -> dict[str, float]:
-        """The mean of each of `MEASURES` that its episodes have; empty without any.
+        """The mean of each of `MEASURES` that it has over its episodes; empty without any.
 
         Args:
             episodes: First and last that count; None for all.
@@ -57,7 +58,7 @@ class Source:
 
     Attributes:
         path: A run's or a sweep's.
-        played: The run, or the trials that have succeeded.
+        played: The run, or the trials that have succeeded; by group, as many times as there are groups.
         shortfall: What is not among them, such as "2 of 40 trials: 1 failed, 1 pending"; empty if nothing is missing.
     """
 
@@ -66,44 +67,52 @@ class Source:
     shortfall: str
 
 
-def read_source(path: str | Path, grouped: bool = False) -> Source:
+def read_source(path: str | Path, *, grouped: bool = False) -> Source:
     """Reads the directory of a run or of a sweep.
 
     Args:
         path: The directory.
-        grouped: Whether each group of agents counts for itself, with the column `group`.
+        grouped: Whether each group of agents is read for itself.
 
     Raises:
         ColonysimError: It holds neither, or no groups where they are asked for, or is damaged.
     """
     path = Path(path)
-    if is_run(path):
-        run = Run.open(path)
-        about = {"source": str(path), **_about(run.manifest)}
-        seed = int(run.manifest["seed"])
-        if not grouped:
-            return Source(path, [Played(about, seed, [each._asdict() for each in run.episodes])], run.shortfall)
-        if run.manifest.get("scenario") is None or not run.scenario.groups:
-            raise ColonysimError(f"{path}: its scenario has no groups of agents")
-        found: dict[str, list[dict[str, Any]]] = {}
-        for result in run.groups:
-            found.setdefault(result.group, []).append(result._asdict())
-        return Source(path, [Played({**about, "group": n}, seed, each) for n, each in found.items()], run.shortfall)
-    trials, episodes = read_by_group(path) if grouped else read_tables(path)
+    return (_of_run if is_run(path) else _of_sweep)(path, grouped)
+
+
+def _of_run(path: Path, grouped: bool) -> Source:
+    run = Run.open(path)
+    about, seed = {"source": str(path), **_about(run.manifest)}, int(run.manifest["seed"])
+    if not grouped:
+        return Source(path, [Played(about, seed, [each._asdict() for each in run.episodes])], run.shortfall)
+    if run.manifest.get("scenario") is None or not run.scenario.groups:
+        raise ColonysimError(f"{path}: its scenario has no groups of agents")
+    found: dict[str, list[dict[str, Any]]] = {}
+    for result in run.groups:
+        found.setdefault(result.group, []).append(result._asdict())
+    played = [Played({**about, "group": name}, seed, episodes) for name, episodes in found.items()]
+    return Source(path, played, run.shortfall)
+
+
+def _of_sweep(path: Path, grouped: bool) -> Source:
+    trials, episodes = read_tables(path)
+    others = Counter(status for status in trials["status"].to_pylist() if status != "succeeded")
+    told = ", ".join(f"{count} {status}" for status, count in others.items())
+    shortfall = f"{sum(others.values())} of {trials.num_rows} trials: {told}" if others else ""
+    if grouped:
+        trials, episodes = read_by_group(path)
     names, by_trial = settings(trials), dict[str, list[dict[str, Any]]]()
     for episode in episodes.to_pylist():
         by_trial.setdefault(episode["trial"], []).append(episode)
-    rows = trials.to_pylist()
-    done = [
+    played = [
         Played(
             {"source": str(path), **{name: row[name] for name in names}}, int(row["seed"]),
             by_trial.get(row["trial"], []),
         )
-        for row in rows if row["status"] == "succeeded"
+        for row in trials.to_pylist() if row["status"] == "succeeded"
     ]  # fmt: skip
-    others = Counter(row["status"] for row in rows if row["status"] != "succeeded")
-    told = ", ".join(f"{count} {status}" for status, count in others.items())
-    return Source(path, done, f"{sum(others.values())} of {len(rows)} trials: {told}" if others else "")
+    return Source(path, played, shortfall)
 
 
 def varying(played: Sequence[Played]) -> list[str]:

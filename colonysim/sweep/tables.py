@@ -59,6 +59,7 @@ _BETWEEN = 0.5
 
 _OWN = (
     LOCK, "journal.jsonl", "sweep.yaml", "state.npz", "trials.parquet", "episodes.parquet", "groups.parquet",
+    SHARDS,
 )  # fmt: skip
 """The files of a sweep's directory."""
 EPISODE = ("episode", "steps", "success", "ended", "sim_seconds", "seated")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import shutil
@@ -217,6 +218,12 @@ def test_what_cannot_be_drawn_is_one_message(sweep: Path, tmp_path: Path) -> Non
         answer = CliRunner().invoke(app, ["plot", *words])
         assert answer.exit_code == 2 and said in answer.stderr, (words, answer.output)
         assert "Traceback" not in answer.output
+    manifest = json.loads((tmp_path / "run/manifest.json").read_text())
+    shutil.copytree(tmp_path / "run", tmp_path / "pushes")
+    pushes = {"robot_size": [1, 1], "pushes": [], "executor": "rl"}
+    (tmp_path / "pushes/manifest.json").write_text(json.dumps({**manifest, "evaluation": pushes}))
+    answer = CliRunner().invoke(app, ["plot", run, str(tmp_path / "pushes")])
+    assert answer.exit_code == 2 and "pushes: " in answer.stderr
     damaged = tmp_path / "damaged"
     shutil.copytree(sweep, damaged)
     (damaged / "episodes.parquet").write_bytes((sweep / "episodes.parquet").read_bytes()[:-9])
@@ -241,8 +248,8 @@ def test_labels_of_long_names_and_many_settings_do_not_overlap(
         for i in range(count) for policy in ("colony", "mine:AnotherPolicyOfMine") for j in range(3) for seed in (1, 2)
     ]  # fmt: skip
     source = read_source.__globals__["Source"](tmp_path, played, "")
-    monkeypatch.setattr("colonysim.sweep.played.read_source", lambda *_: source)
-    monkeypatch.setattr("colonysim.sweep.comparing.read_source", lambda *_: source)
+    monkeypatch.setattr("colonysim.sweep.played.read_source", lambda *_, **__: source)
+    monkeypatch.setattr("colonysim.sweep.comparing.read_source", lambda *_, **__: source)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", ColonysimWarning)

@@ -14,7 +14,7 @@ from colonysim.cli import app
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.sweep import run_sweep
-from colonysim.sweep.comparing import compare
+from colonysim.sweep.comparing import compare, pooled
 from colonysim.sweep.tables import read_table
 
 SWEEP = "scenarios: [mixed.yaml, other.yaml]\npolicies: [paper, colony]\nseeds: {count: 4}\nepisodes: 2\n"
@@ -52,6 +52,18 @@ def test_each_group_is_compared_for_itself(swept: Path) -> None:
         assert each.interval == pytest.approx(of_mean(values, within=within))
 
 
+def test_each_group_has_an_effect_of_its_own_over_all_pairs(swept: Path) -> None:
+    found = compare([swept / "out"], by="policy", by_group=True)
+    effects = {(each.where["group"], each.measure): each for each in pooled(found)}
+    assert effects.keys() == {(group, name) for group in ("quick", "slow", "late") for name in ("success", "steps")}
+    quick = effects["quick", "steps"]
+    values = [each for row in found if (row.where["group"], row.measure) == ("quick", "steps")
+              for each in row.by_seed.values()]  # fmt: skip
+    assert (quick.pairs, quick.settings, effects["slow", "steps"].pairs) == (8, 2, 4)
+    assert quick.difference == pytest.approx(sum(values) / 8) and quick.interval == pytest.approx(of_mean(values))
+    assert "steps of group quick is " in quick.sentence
+
+
 def test_groups_are_compared_with_each_other(swept: Path) -> None:
     found = compare([swept / "out"], by="group", episodes=(2, 2))
     assert {(each.where["scenario"], each.where["policy"], each.reference, each.other) for each in found} == {
@@ -67,14 +79,8 @@ def test_runs_are_compared_by_group_and_the_command_says_so(swept: Path, tmp_pat
     paths = [str(tmp_path / "paper"), str(tmp_path / "colony")]
     done = CliRunner().invoke(app, ["compare", *paths, "--by-group", "--json"])
     assert done.exit_code == 0, done.output
-    rows, pooled = (json.loads(done.stdout)[name] for name in ("differences", "pooled"))
-    # Two groups of the same two runs are one pair, not two.
-    assert [(each["measure"], each["pairs"], each["settings"]) for each in pooled] == [
-        ("success", 1, 1), ("steps", 1, 1),
-    ]  # fmt: skip
-    for each in pooled:
-        of_groups = [row["difference"] for row in rows if row["measure"] == each["measure"]]
-        assert each["difference"] == pytest.approx(sum(of_groups) / 2)
+    told = json.loads(done.stdout)
+    rows = told["differences"]
     assert {(row["group"], row["by"], row["reference"], row["measure"]) for row in rows} == {
         (group, "policy", "paper", measure) for group in ("quick", "slow") for measure in ("success", "steps")
     }
@@ -82,6 +88,10 @@ def test_runs_are_compared_by_group_and_the_command_says_so(swept: Path, tmp_pat
     for row in (row for row in rows if row["measure"] == "steps"):
         one, two = (sum(r.steps for r in run.groups if r.group == row["group"]) / 2 for run in runs)
         assert (row["reference_mean"], row["other_mean"]) == (one, two)
+    names = ("group", "measure", "difference", "pairs")
+    assert [tuple(each[name] for name in names) for each in told["pooled"]] == [
+        (row["group"], row["measure"], row["difference"], 1) for row in rows
+    ]
     table = CliRunner().invoke(app, ["compare", *paths, "--by-group"])
     assert table.exit_code == 0 and "quick" in table.stdout and "sim_seconds" not in table.stdout
 
@@ -92,3 +102,8 @@ def test_without_groups_it_says_so(tmp_path: Path) -> None:
     for asked in ({"by_group": True}, {"by": "group"}):
         with pytest.raises(ColonysimError, match=r"1: its scenario has no groups of agents"):
             compare([tmp_path / "1", tmp_path / "2"], **asked)  # type: ignore[arg-type]
+
+
+def test_images_by_group_are_of_one_run(swept: Path) -> None:
+    done = CliRunner().invoke(app, ["plot", str(swept / "out"), "--by-group"])
+    assert done.exit_code == 2 and "--by-group: only of one run" in done.stderr
