@@ -27,6 +27,7 @@ cdef class Process(Alarm):
     cpdef come(self, event)
 
 
+@cython.final
 cdef class Episode:
     cdef public object rows, fields, backend, env, clock, timers, ticks, timeline
     cdef public Decider policy
