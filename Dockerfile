@@ -1,5 +1,5 @@
 # colonysim with physics and plots, compiled; `docker build -t colonysim .`, then
-#   docker run --rm -v "$PWD/runs:/work/runs" colonysim run hard --backend physics
+#   docker run --rm -v "$PWD/runs:/home/colony/runs" colonysim run hard --backend physics
 FROM python:3.13-slim AS built
 RUN apt-get update && apt-get install -y --no-install-recommends g++ && rm -rf /var/lib/apt/lists/*
 COPY . /source
@@ -9,8 +9,8 @@ RUN python -m venv /venv \
 FROM python:3.13-slim
 COPY --from=built /venv /venv
 ENV PATH=/venv/bin:$PATH
-RUN useradd --create-home colony && mkdir /work && chown colony /work
+RUN useradd --create-home colony
 USER colony
-WORKDIR /work
+WORKDIR /home/colony
 ENTRYPOINT ["colonysim"]
 CMD ["--help"]

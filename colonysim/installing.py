@@ -7,10 +7,7 @@ import shlex
 import subprocess
 import sys
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from urllib.parse import urlparse
-from urllib.request import url2pathname
 
 __all__ = ["compile_command", "install_command"]
 
@@ -46,6 +43,10 @@ def _source() -> tuple[str, str]:
     checkout = Path(__file__).parents[1]
     if (checkout / "hatch_build.py").is_file():
         return _shown(checkout), ""
+    # Not on import: these take as long as half the package, and only a message needs them.
+    from urllib.parse import urlparse
+    from urllib.request import url2pathname
+
     told = _told()
     address = str(told.get("url", ""))
     if isinstance(told.get("dir_info"), dict) and urlparse(address).scheme == "file":
@@ -61,6 +62,8 @@ def _source() -> tuple[str, str]:
 @cache
 def _told() -> dict[str, object]:
     """What pip has written down of where the package came from (PEP 610); empty if nothing."""
+    from importlib.metadata import PackageNotFoundError, distribution
+
     try:
         found = json.loads(distribution(NAME).read_text("direct_url.json") or "{}")
     except (PackageNotFoundError, OSError, ValueError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -10,42 +9,25 @@ from typing import TYPE_CHECKING
 from colonysim.characters import visible
 from colonysim.errors import ColonysimError
 from colonysim.notebook import NotebookBar, in_notebook
+from colonysim.terminal import error_console, on_terminal, say
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import TracebackType
     from typing import Self
 
-    from rich.console import Console
     from rich.progress import Progress
 
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import EpisodeResult, Event
 
-__all__ = ["BETWEEN_LINES", "PATIENCE", "Bar", "RunBar", "error_console", "following", "on_terminal", "say", "shows"]
+__all__ = ["BETWEEN_LINES", "PATIENCE", "Bar", "RunBar", "following", "shows"]
 
 PATIENCE = 2.0
 """Seconds of wall clock before the bar shows."""
 BETWEEN_LINES = 10.0
 """Least seconds of wall clock between two lines where there is no bar; more once that is under a tenth of the time."""
 _PAUSE = 0.1
-
-
-def error_console() -> Console:
-    """A console on standard error, for texts that have passed `visible`; it takes nothing in them for markup."""
-    from rich.console import Console
-
-    return Console(stderr=True, highlight=False, markup=False, emoji=False)
-
-
-def on_terminal() -> bool:
-    """Whether standard error can be drawn on: a terminal that moves its cursor, no file, no pipe."""
-    return sys.stderr.isatty() and not error_console().is_dumb_terminal
-
-
-def say(text: str) -> None:
-    """A line on standard error."""
-    print(visible(text), file=sys.stderr, flush=True)
 
 
 def shows(progress: bool | None) -> bool:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from importlib.machinery import ModuleSpec
 
-__all__ = ["TAG", "Sources", "files_of", "other_file", "parts_of", "sources_of", "telling", "unknown_in"]
+__all__ = ["MODELS", "TAG", "Sources", "files_of", "other_file", "parts_of", "sources_of", "telling", "unknown_in"]
 
 TAG = "tag"
 """The name, among the fingerprints of a part, of what its user says of its version."""
@@ -34,8 +34,8 @@ UNKNOWN = "unknown"
 _STANDARD = tuple({sysconfig.get_path("stdlib"), sysconfig.get_path("platstdlib")})
 _INSTALLED = frozenset({"site-packages", "dist-packages"})
 """Folders with one of these names hold what was installed."""
-_OF_CARDS = (".npz", ".onnx")
-"""Files of models that have a JSON card beside them."""
+MODELS = (".json", ".npz", ".onnx")
+"""How the names of models' files end: a card, and what it belongs to."""
 Sources = dict[str, dict[str, str]]
 Groups: TypeAlias = "Sequence[tuple[str | None, Mapping[str, Any]]]"
 
@@ -146,8 +146,8 @@ def _content_of(path: str | Path) -> dict[str, str]:
     try:
         if not stem.is_file():
             return {}
-        ends = {stem.suffix, ".json", *_OF_CARDS} if stem.suffix in (".json", *_OF_CARDS) else {stem.suffix}
-        files = [stem.with_suffix(end) for end in sorted(ends)]
+        ends = MODELS if stem.suffix in MODELS else (stem.suffix,)
+        files = [stem.with_suffix(end) for end in ends]
         found = {file.name: file.read_bytes() for file in files if file.is_file()}
         return {name: f"sha256 {hashlib.sha256(content).hexdigest()}" for name, content in found.items()}
     except (OSError, ValueError):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from colonysim.characters import COMMANDS, visible
-from colonysim.progress import error_console, on_terminal, say
+from colonysim.terminal import error_console, on_terminal, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -108,7 +108,8 @@ def command(
 
     need("matplotlib", "plot", "drawing")
     from colonysim.errors import ColonysimError
-    from colonysim.plots import draw, draw_results, draw_training, is_sweep, is_training
+    from colonysim.plots import draw, draw_results, draw_training, is_training
+    from colonysim.sweep.tables import is_sweep
 
     wanted = None
     if what is not None:

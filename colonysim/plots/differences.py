@@ -9,7 +9,6 @@ from matplotlib.lines import Line2D
 
 from colonysim.plots.arrangement import short, word
 from colonysim.plots.canvas import INK, QUIET, pens, plain
-from colonysim.plots.settings import LABELS
 from colonysim.sweep.comparing import Difference, Pooled, pooled
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ def differences_figure(found: Sequence[Difference], measures: Sequence[str], she
         axes.axvline(0, color=INK, linewidth=0.8, linestyle="dotted", zorder=1)
         for y, (_, row) in enumerate(rows):
             _row(axes, y, row[measure], ways[repr(row[measure].other)])
-        plain(axes, fill(f"{LABELS[measure]}, {against}", 26 if sheet.narrow else 36), "")
+        plain(axes, fill(f"{measure}, {against}", 26 if sheet.narrow else 36), "")
         axes.set_yticks(range(len(rows)), [label for label, _ in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
     if len(rows) > len(others):

@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, heading_of, ink_on, panels
-from colonysim.plots.places import Places
+from colonysim.plots.ends import EpisodeEnds
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
 from colonysim.trace.schema import Frame
 
@@ -32,11 +32,11 @@ _LARGEST = 1e300
 _LABELS = {"D": "D [graph units]", "E": "E [visits]", "B": "{}({}) [graph units]"}
 
 
-# Each figure takes the places of the run if there is more than one, so that an episode is followed once.
+# Each figure takes how the run's episodes ended if there is more than one, so that each is followed once.
 
 
 def node_figure(
-    run: Run, name: str, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
+    run: Run, name: str, episodes: Sequence[int], sheet: Sheet = SCREEN, ends: EpisodeEnds | None = None
 ) -> Figure:
     """A field with one value per node, such as D and E.
 
@@ -45,20 +45,20 @@ def node_figure(
     """
     values = [{frame.node: frame.value for frame in _frames(run, name, episode)} for episode in episodes]
     title = _TITLES.get(name, f"Pheromone {name}")
-    return _figure(run, episodes, values, title, _LABELS.get(name, name), sheet, places)
+    return _figure(run, episodes, values, title, _LABELS.get(name, name), sheet, ends)
 
 
 def hole_figure(
-    run: Run, name: str, hole: int, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
+    run: Run, name: str, hole: int, episodes: Sequence[int], sheet: Sheet = SCREEN, ends: EpisodeEnds | None = None
 ) -> Figure:
     """A field with a value per node and hole, such as H: that of one hole, on every node that carries any."""
     values = [{f.node: f.value for f in _frames(run, name, episode, key=hole)} for episode in episodes]
     title = f"{_TITLES.get(name, f'Pheromone {name}')} of the hole at node {hole}"
-    return _figure(run, episodes, values, title, f"{name}({hole})", sheet, places, mark=hole)
+    return _figure(run, episodes, values, title, f"{name}({hole})", sheet, ends, mark=hole)
 
 
 def box_figure(
-    run: Run, name: str, box: int, episodes: Sequence[int], sheet: Sheet = SCREEN, places: Places | None = None
+    run: Run, name: str, box: int, episodes: Sequence[int], sheet: Sheet = SCREEN, ends: EpisodeEnds | None = None
 ) -> Figure:
     """A field of boxes, such as B: that of one box, on each hole that the box could be meant for."""
     start = run.scenario.topology.ids[run.scenario.boxes[box].node]
@@ -69,7 +69,7 @@ def box_figure(
     about = f"of box {box} (starts on node {start}), on the holes it could fill"
     title = f"{_TITLES.get(name, f'Pheromone {name}')} {about}"
     label = _LABELS.get(name, "{}({})").format(name, box)
-    return _figure(run, episodes, values, title, label, sheet, places, box_at=start, shape="s")
+    return _figure(run, episodes, values, title, label, sheet, ends, box_at=start, shape="s")
 
 
 def _frames(run: Run, name: str, episode: int, **where: int) -> list[Frame]:
@@ -99,7 +99,7 @@ def _figure(
     title: str,
     label: str,
     sheet: Sheet,
-    places: Places | None,
+    ends: EpisodeEnds | None,
     *,
     mark: int | None = None,
     box_at: int | None = None,
@@ -108,7 +108,7 @@ def _figure(
     if not any(values):
         raise EmptyFigureError("no value in these episodes" if len(episodes) > 1 else "no value in this episode")
     canvas = Canvas.of(run.scenario, sheet, len(episodes), bar=True)
-    places = places or Places(run)
+    ends = ends or EpisodeEnds(run)
     kept = [{node: max(-_LARGEST, min(_LARGEST, value)) for node, value in found.items()} for found in values]
     everything = [value for found in kept for value in found.values()]
     low, high = min(everything, default=0.0), max(everything, default=1.0)
@@ -124,7 +124,7 @@ def _figure(
     for axis, episode, found, coloured in zip(axes, episodes, values, kept, strict=True):
         canvas.edges(axis)
         canvas.nodes(axis, [node for node in canvas.graph if node not in found], "white", edge="#8A8A8A")
-        there = places.at_end(episode)
+        there = ends.of(episode)
         canvas.landmarks(axis, there.boxes.values(), [there.goal])
         if box_at is not None:
             canvas.nodes(axis, [box_at], "none", shape="s", size=1.25, edge=BOX)

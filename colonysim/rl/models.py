@@ -12,6 +12,7 @@ import numpy as np
 from colonysim.files import replace_file
 from colonysim.plugins import available, called, make_policy
 from colonysim.policies.choice import sample, softmax
+from colonysim.provenance import MODELS
 from colonysim.push.cards import (
     MOST_BYTES,
     ModelError,
@@ -190,7 +191,7 @@ def load_policy(path: str | Path) -> PolicyModel:
         ModelError: It is missing, damaged, or of another kind.
     """
     file = Path(path)
-    if file.suffix not in (".json", ".npz", ".onnx"):
+    if file.suffix not in MODELS:
         raise ModelError(f"{file}: is no model; expected the path of a card, which ends in .json")
     card_file = file.with_suffix(".json")
     card = read_card(card_file, KIND)

@@ -27,6 +27,7 @@ Observation: TypeAlias = "NDArray[np.float32] | dict[str, NDArray[Any]]"
 """What an agent is told: in the flat form one array, else one array for each part, and the mask of actions."""
 
 _INF = np.inf
+_Row: TypeAlias = tuple[tuple[float, float], ...]
 _SELF = ((-_INF, _INF),) * 2 + ((0, 1), (0, _INF), (0, _INF), (0, 1)) + ((0, 1),) * len(OUTCOMES)
 _NEIGHBOUR = ((0, 1), (-_INF, _INF), (-_INF, _INF), (0, _INF), *((0, 1),) * 6, (-_INF, _INF))
 _BOX = ((0, 1), (-_INF, _INF), (-_INF, _INF), (0, _INF), (-1, 1))
@@ -41,12 +42,19 @@ def sizes_of(options: Mapping[str, Any]) -> tuple[int, int]:
         options: As of `Observer.options`.
     """
     neighbours, boxes, holes = options["neighbours"], options["boxes"], options["holes"]
-    numbers = {
-        "self": len(_SELF), "neighbours": neighbours * len(_NEIGHBOUR),
-        "pheromones": (neighbours + 1) * len(options["fields"]), "boxes": boxes * (len(_BOX) + holes),
-        "holes": holes * len(_HOLE),
+    rows = _rows(neighbours, boxes, holes, len(options["fields"]))
+    numbers = sum(count * len(row) for count, row in (rows[part] for part in options["parts"]))
+    return numbers, Moves(neighbours, holes, options["hole"] == "action").count
+
+
+def _rows(neighbours: int, boxes: int, holes: int, fields: int) -> dict[str, tuple[int, _Row]]:
+    """For each part of an observation how many rows it has, and the least and greatest number in each column."""
+    any_number = (-_INF, _INF)
+    return {
+        "self": (1, _SELF), "neighbours": (neighbours, _NEIGHBOUR),
+        "pheromones": (neighbours + 1, (any_number,) * fields),
+        "boxes": (boxes, (*_BOX, *(any_number,) * holes)), "holes": (holes, _HOLE),
     }  # fmt: skip
-    return sum(numbers[part] for part in options["parts"]), Moves(neighbours, holes, options["hole"] == "action").count
 
 
 class Observer:
@@ -93,12 +101,8 @@ class Observer:
             )
         self.moves, self.busy = Moves(neighbours, self._holes, by_action), busy
         self.names = tuple(name for name, by_box in fields.items() if not by_box)
-        rows = {
-            "self": (_SELF,), "neighbours": (_NEIGHBOUR,) * neighbours,
-            "pheromones": (((-_INF, _INF),) * len(self.names),) * (neighbours + 1),
-            "boxes": ((*_BOX, *((-_INF, _INF),) * self._holes),) * self._boxes, "holes": (_HOLE,) * self._holes,
-        }  # fmt: skip
-        bounds = {part: np.array(rows[part], np.float32) for part in PARTS if part in parts}
+        rows = _rows(neighbours, self._boxes, self._holes, len(self.names))
+        bounds = {part: np.array((row,) * count, np.float32) for part, (count, row) in rows.items() if part in parts}
         self._bounds = {part: each for part, each in bounds.items() if each.size}
         self._shapes = {part: each.shape[:2] if part != "self" else each.shape[1:2] for part, each in bounds.items()}
         self.size, self._slices = 0, dict[str, slice]()

@@ -15,6 +15,7 @@ from typing import Any
 from colonysim.arguments import plain
 from colonysim.characters import printable
 from colonysim.errors import ScenarioError
+from colonysim.provenance import MODELS
 from colonysim.scenario.assemble import assemble
 from colonysim.scenario.complaints import unknown_field
 from colonysim.scenario.format import MAX_NAME, ScenarioFile
@@ -40,8 +41,6 @@ __all__ = [
 
 Overrides = Mapping[str, Any] | Sequence[str]
 
-MODELS = (".json", ".npz", ".onnx")
-"""How the names of files end that a policy's parameter `model` can name."""
 _NUMBER = re.compile(r"[0-9]{1,9}")
 MAX_VARIANTS = 1000
 """Most variants of a scenario: `colonysim validate` checks each of them."""

@@ -16,6 +16,7 @@ from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import make_backend
 from colonysim.policies.policy import Choice
 from colonysim.policies.view import LocalView
+from colonysim.provenance import files_of
 from colonysim.randomness import Streams
 from colonysim.scenario.changes import refuse_unknown_marks
 from colonysim.scenario.groups import refuse_speeds
@@ -26,7 +27,15 @@ from colonysim.simulation.foreign import checked_backend
 from colonysim.simulation.foreign.answers import SHOWN
 from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.initial import load_fields
-from colonysim.simulation.keeping import Course, closed_on_error, diverge, loaded, restore, saved_of
+from colonysim.simulation.keeping import (
+    Course,
+    closed_on_error,
+    diverge,
+    loaded,
+    refuse_other_files,
+    restore,
+    saved_of,
+)
 from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.origins import origin_of
@@ -116,6 +125,8 @@ class Colony:
         self._count = scenario.episodes if episodes is None else whole("episodes", episodes)
         self._streams, self._asked = Streams(as_seed(seed)), policy
         self._origin = origin or origin_of(backend, backend_options, policy)
+        # As they are now that they are read: whoever loads the colony later gets the same or is told.
+        self._files = files_of(scenario.parameters, self._origin.options, scenario.parts_of_groups)
         self._course = Course(scenario)
         self._kinds = _kinds(kinds)
         self._world, self._rows = World(scenario), Rows(scenario, sink, decisions, self._kinds)
@@ -638,6 +649,7 @@ class Colony:
             ```
         """
         saved = saved_of(self)
+        refuse_other_files(saved, self.scenario, saved.origin.options)
         if backend is None and saved.origin.options is None:
             raise ColonysimError("fork: this colony's backend was given as an object; give another one, backend=")
         scenario = self._course.scenario if saved.state["course"] else self.scenario

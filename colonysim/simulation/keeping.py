@@ -30,7 +30,10 @@ if TYPE_CHECKING:
     from colonysim.states import State
     from colonysim.trace.schema import Sink
 
-__all__ = ["Course", "check_savable", "closed_on_error", "diverge", "loaded", "restore", "saved_of", "state_of"]
+__all__ = [
+    "Course", "check_savable", "closed_on_error", "diverge", "loaded", "refuse_other_files", "restore", "saved_of",
+    "state_of",
+]  # fmt: skip
 
 C = TypeVar("C", bound="Colony")
 
@@ -297,6 +300,7 @@ def _adopt(colony: Colony, scenario: Scenario) -> None:
     made = GroupPolicies(asked, scenario, world, colony._rows)
     world.adopt(scenario)
     colony._take_policies(made)
+    colony._files = files_of(scenario.parameters, colony._origin.options, scenario.parts_of_groups)
     if other := fields.keys() ^ colony._fields.keys():
         raise ColonysimError(f"other pheromone fields cannot come or go under way: {', '.join(sorted(other))}")
     colony.scenario = scenario
@@ -334,11 +338,20 @@ def saved_of(colony: Colony, extra: Mapping[str, Any] | None = None) -> Saved:
         raise ColonysimError("a colony cannot be saved in the middle of a measurement")
     state = state_of(colony)
     scenario = colony._course.scenario if state["course"] else colony.scenario
-    files = files_of(scenario.parameters, colony._origin.options, scenario.parts_of_groups)
     return Saved(
         scenario.document, scenario.digest, colony._origin, colony.mode, colony._count, state, __version__, extra or {},
-        files,
+        colony._files,
     )  # fmt: skip
+
+
+def refuse_other_files(saved: Saved, scenario: Scenario, options: Mapping[str, Any] | None) -> None:
+    """Refuses to go on with a file of a model that is another one than when the colony was made.
+
+    Raises:
+        ColonysimError: One is.
+    """
+    if other := other_file(saved.files, files_of(scenario.parameters, options, scenario.parts_of_groups)):
+        raise ColonysimError(f"saved with {other}")
 
 
 @contextmanager
@@ -381,8 +394,7 @@ def loaded(
     place = scenario_of(saved, path, scenario)
     try:
         mover, options = backend_of(saved, backend, backend_options)
-        if other := other_file(saved.files, files_of(place.parameters, options, place.parts_of_groups)):
-            raise ColonysimError(f"saved with {other}")
+        refuse_other_files(saved, place, options)
         colony = kind(
             place, backend=mover, backend_options=options, policy=policy_of(saved, policy), mode=saved.mode, sink=sink,
             episodes=saved.episodes, decisions=decisions, kinds=kinds,

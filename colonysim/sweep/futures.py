@@ -20,7 +20,7 @@ from colonysim.states import Stored
 from colonysim.sweep.plan import Limits, Sweep, Trial, identity
 from colonysim.sweep.running import run_planned
 from colonysim.sweep.store import Store
-from colonysim.sweep.trial import STATE
+from colonysim.sweep.tables import STATE
 from colonysim.trace.checks import LONGEST
 from colonysim.trace.reader import Run
 from colonysim.trace.schema import EVENT_KINDS

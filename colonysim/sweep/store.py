@@ -15,7 +15,7 @@ from colonysim.errors import ColonysimError
 from colonysim.files import LOCK, alone, replacing
 from colonysim.jsonlines import numbered, warn_of
 from colonysim.sweep.groups import are_groups
-from colonysim.sweep.tables import BOUNDS, EPISODE, SHARDS
+from colonysim.sweep.tables import BOUNDS, COPY, EPISODE, JOURNAL, SHARDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -26,14 +26,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Store", "answer_of", "holds_sweep"]
 
-_JOURNAL = "journal.jsonl"
-
 _STATUSES = ("running", "succeeded", "failed", "interrupted", "stale")
 
 
 def holds_sweep(directory: str | Path) -> bool:
     """Whether a directory has a journal."""
-    return (Path(directory) / _JOURNAL).exists()
+    return (Path(directory) / JOURNAL).exists()
 
 
 def answer_of(entry: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -62,7 +60,7 @@ class Store:
 
     def __init__(self, directory: str | Path, *, write: bool = False) -> None:
         self.directory = Path(directory)
-        self._journal = self.directory / _JOURNAL
+        self._journal = self.directory / JOURNAL
         self._file = -1
         self._whole = 0
         self._held = ExitStack()
@@ -163,7 +161,7 @@ class Store:
         Raises:
             ColonysimError: It cannot be written.
         """
-        copy = self.directory / "sweep.yaml"
+        copy = self.directory / COPY
         if copy.exists() and copy.samefile(file):
             return
         with replacing(copy) as temporary:

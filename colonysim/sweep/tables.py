@@ -23,10 +23,12 @@ if TYPE_CHECKING:
     from colonysim.sweep.plan import Trial
 
 __all__ = [
-    "BOUNDS", "SHARDS", "check_apart", "has_groups", "query", "read_table", "read_tables", "settings", "summary",
-    "write_tables",
+    "BOUNDS", "COPY", "JOURNAL", "SHARDS", "STATE", "check_apart", "has_groups", "is_sweep", "query", "read_table",
+    "read_tables", "settings", "summary", "write_tables",
 ]  # fmt: skip
 
+JOURNAL, COPY, STATE = "journal.jsonl", "sweep.yaml", "state.npz"
+"""Files of a sweep's directory: its journal, a copy of the file that it was run from, and of futures the colony."""
 SHARDS = "shards"
 """Folder of a sweep's directory that holds those of its shards, each with a journal and tables of its own."""
 
@@ -58,10 +60,9 @@ _BETWEEN = 0.5
 """Seconds of wall clock within which both tables are renewed."""
 
 _OWN = (
-    LOCK, "journal.jsonl", "sweep.yaml", "state.npz", "trials.parquet", "episodes.parquet", "groups.parquet",
-    SHARDS,
+    LOCK, JOURNAL, COPY, STATE, SHARDS, "trials.parquet", "episodes.parquet", "groups.parquet",
 )  # fmt: skip
-"""The files of a sweep's directory."""
+"""All that a sweep's directory may hold of its own."""
 EPISODE = ("episode", "steps", "success", "ended", "sim_seconds", "seated")
 GROUP = ("episode", "group", "agents", "success", "steps")
 
@@ -216,6 +217,11 @@ def check_apart(directory: str | Path, out: str | Path) -> None:
         return
     if within and within[0] in _OWN:
         raise ColonysimError(f"{out}: is part of the sweep; write to another file")
+
+
+def is_sweep(directory: str | Path) -> bool:
+    """Whether a directory is one that `colonysim sweep`, `tune` or `fork` wrote to."""
+    return any(os.path.lexists(Path(directory) / name) for name in ("trials.parquet", JOURNAL))
 
 
 def has_groups(directory: str | Path) -> bool:

@@ -17,6 +17,7 @@ from colonysim.simulation import Colony
 from colonysim.simulation.keeping import diverge, loaded
 from colonysim.simulation.saving import read_saved
 from colonysim.sweep.plan import found
+from colonysim.sweep.tables import STATE
 from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
@@ -27,10 +28,7 @@ if TYPE_CHECKING:
     from colonysim.sweep.plan import Trial
     from colonysim.trace.schema import EpisodeResult
 
-__all__ = ["STATE", "run_trial"]
-
-STATE = "state.npz"
-"""The saved colony at which the trials of a directory begin, if they are futures of a run."""
+__all__ = ["run_trial"]
 
 
 def run_trial(trial: Trial) -> dict[str, Any]:

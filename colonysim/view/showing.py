@@ -10,7 +10,8 @@ from colonysim.arguments import whole
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import shown_path
 from colonysim.notebook import in_notebook
-from colonysim.progress import Bar, say, shows
+from colonysim.progress import Bar, shows
+from colonysim.terminal import say
 from colonysim.view import page_of, write_page
 from colonysim.view.extent import MOST, USUAL, Room
 

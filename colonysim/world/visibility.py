@@ -43,7 +43,7 @@ class Visibility:
         lengths: Length of each edge, graph units; searches go by them.
         shortest: No edge is shorter.
         guide: Factor of the straight line in the estimate of A*: what is left of a way is at least so long.
-        found: Nodes that `around` has written.
+        found: Nodes that `around` has written, or an agent's view by way of `World.exits`.
         hole_node: The node of each hole.
         hole_keys: Keys of holes; `find_holes` says where those near a node begin.
         holes_start: The index in `hole_keys` of the first hole that `find_holes` has found.

@@ -60,7 +60,7 @@ def test_no_two_labels_overlap_in_any_plot(
     runs: dict[str, colonysim.Run], name: str, style: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     figures: dict[str, Any] = {}
-    monkeypatch.setattr(colonysim.plots, "save", lambda figure, path, *_: figures.__setitem__(path.stem, figure))
+    monkeypatch.setattr(colonysim.plots.images, "save", lambda figure, path, *_: figures.__setitem__(path.stem, figure))
     run = runs[name]
     draw(run, out=tmp_path, style=style)
     kinds = {stem.split("-")[0] for stem in figures}

@@ -55,7 +55,7 @@ def swept(folder: Path, text: str) -> Path:
 def figures(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What is drawn instead of being written."""
     found: dict[str, Any] = {}
-    monkeypatch.setattr(colonysim.plots, "save", lambda figure, path, *_: found.__setitem__(path.stem, figure))
+    monkeypatch.setattr(colonysim.plots.images, "save", lambda figure, path, *_: found.__setitem__(path.stem, figure))
     return found
 
 

@@ -218,6 +218,19 @@ def test_a_colony_is_saved_loaded_and_forked_with_it(tmp_path):
         colonysim.Colony.load(tmp_path / "saved.npz")
 
 
+def test_a_network_that_is_replaced_under_way_is_not_taken_for_the_one_that_decides(tmp_path):
+    card = saved(tmp_path)
+    scenario = colonysim.load_scenario("hard", overrides={"policy.model": str(card)})
+    with colonysim.Colony(scenario, policy="learned", seed=5) as colony:
+        colony.run_until(time=30)
+        saved(tmp_path, seed=1)
+        colony.save(tmp_path / "saved.npz")
+        with pytest.raises(ColonysimError, match=r"saved with .*, whose file policy\.json is another one now"):
+            colony.fork()
+    with pytest.raises(ColonysimError, match=r"saved with .*, whose file policy\.json is another one now"):
+        colonysim.Colony.load(tmp_path / "saved.npz")
+
+
 def test_a_run_is_resumed_with_its_network_and_with_no_other(tmp_path):
     card = saved(tmp_path)
 

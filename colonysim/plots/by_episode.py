@@ -10,7 +10,6 @@ from matplotlib.ticker import MaxNLocator
 
 from colonysim.plots.arrangement import MOST_LINES, labels, point, short, word
 from colonysim.plots.canvas import QUIET, pens, plain
-from colonysim.plots.settings import LABELS
 from colonysim.plots.sheet import EmptyFigureError
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from colonysim.plots.sheet import Sheet
     from colonysim.sweep.played import Played
 
-__all__ = ["curves_of", "progress_figure"]
+__all__ = ["by_episode_figure", "curves_of"]
 
 _TOGETHER = 7
 """Lines that one diagram holds before each line of the other figures gets one of its own."""
@@ -36,7 +35,7 @@ _SINGLE = 20
 """Runs up to which each is drawn below the mean, where there is no other line."""
 
 
-def progress_figure(
+def by_episode_figure(
     played: Sequence[Played], arrangement: Arrangement, measures: Sequence[str], episodes: tuple[int, int] | None,
     sheet: Sheet, title: str,
 ) -> Figure:  # fmt: skip
@@ -67,13 +66,13 @@ def progress_figure(
             for line, group in lines.items():
                 _curve(axes, group, measure, (first, last), *ways[line], alone, banded)
             named = fill(", ".join(map(word, row)), 26 if sheet.narrow else 60) if j == 0 else ""
-            plain(axes, "", LABELS[measure] if banded else f"{LABELS[measure]}, mean", named)
+            plain(axes, "", measure if banded else f"{measure}, mean", named)
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
             axes.set_xlim(first - 0.02 * (last - first), last + 0.02 * (last - first))
     for axes in grid[-1]:
         axes.set_xlabel("episode", fontsize=8)
     for axes in grid.flat:  # once all is drawn: diagrams that share an axis share its end
-        axes.set_ylim(*((-0.04, 1.04) if axes.get_ylabel().startswith(LABELS["success"]) else (0, None)))
+        axes.set_ylim(*((-0.04, 1.04) if axes.get_ylabel().startswith("success") else (0, None)))
     handles = [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]]
     sheet.legend(figure, handles, ", ".join(map(short, names)))
     return figure

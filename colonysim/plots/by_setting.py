@@ -24,10 +24,8 @@ if TYPE_CHECKING:
     from colonysim.plots.sheet import Sheet
     from colonysim.sweep.played import Played
 
-__all__ = ["LABELS", "heatmap_figure", "means_figure"]
+__all__ = ["heatmap_figure", "means_figure"]
 
-LABELS = {"success": "success", "steps": "steps"}
-"""What the axis of each measure says."""
 _SPREAD = 0.72
 """Part of the room of a value that the points of several lines share."""
 _MOST_LEVEL, _MOST_SLANTED, _MOST_UPRIGHT = 24, 10, 60
@@ -65,7 +63,7 @@ def means_figure(
                 color=ways[i].color, linestyle=ways[i].dash if joined else "none", marker=ways[i].mark, markersize=4,
                 linewidth=1.3, elinewidth=0.9, capsize=2, label=label, zorder=3,
             )  # fmt: skip
-        plain(axes, "", LABELS[measure])
+        plain(axes, "", measure)
         _limits(axes, measure, [each[measure] for points in along.values() for each in points.values()])
     panels[-1].set_xlabel(short(arrangement.x, 40), fontsize=8)
     if arrangement.numeric:
@@ -170,7 +168,7 @@ def heatmap_figure(
             if key and column == 0:
                 grid[row][0].set_title(", ".join(word(value) for value in key), fontsize=9)
         bar = figure.colorbar(image, ax=list(grid[:, column]), location="top", pad=0.02, aspect=25)
-        bar.set_label(f"{LABELS[measure]}, mean over seeds", fontsize=8)
+        bar.set_label(f"{measure}, mean over seeds", fontsize=8)
         bar.locator = MaxNLocator(nbins=4)
         bar.update_ticks()
         bar.ax.tick_params(labelsize=7)
