@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import statistics
 import sys
 import tempfile
@@ -23,7 +24,7 @@ from colonysim.suggest import nearest
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["Figures", "measure"]
+__all__ = ["Figures", "measure", "peak_mb"]
 
 TIMEOUTS = 100_000
 
@@ -99,25 +100,29 @@ def _measure(task: tuple[str, int]) -> Figures:
         for event in simulate(scenario, kinds=["end", "wait"], **case.settings):
             steps += event.kind == "end"
             waits += event.kind == "wait"
-        peak = _peak_mb()  # of this one run: what it leaves behind may still be there in the next
+        peak = peak_mb()  # of this one run: what it leaves behind may still be there in the next
     seconds: list[float] = []
     timeouts: list[float] = []
     agents = len(scenario.agents)
     for _ in range(rounds):
         taken, steps = _traced(case, scenario) if case.traced else (_bare(case, scenario), steps)
-        peak = peak or _peak_mb()  # before the yardstick's own processes
+        peak = peak or peak_mb()  # before the yardstick's own processes
         seconds.append(taken)
         timeouts.append(timeouts_per_second(agents, max(TIMEOUTS, 2 * agents), random.Random(SEED)))
     return Figures(name, agents, steps, steps + waits, built, tuple(seconds), tuple(timeouts), peak)
 
 
-def _peak_mb() -> float | None:
+def peak_mb() -> float | None:
     """Largest resident memory of this process so far, megabytes."""
     if sys.platform == "win32":
         return None
+    status = Path("/proc/self/status")
+    # Where there is none, `resource` tells, whose figure begins with the memory of whoever started this process.
+    if status.exists() and (found := re.search(r"VmHWM:\s*(\d+) kB", status.read_text())):
+        return int(found[1]) / 2**10
     import resource
 
-    # Linux counts in kilobytes, macOS in bytes.
+    # macOS counts in bytes, others in kilobytes.
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from colonysim.bench.measuring import peak_mb
 from colonysim.push.cards import load_model
 
 MODELS = {"push": "q-network", "feasibility": "forest", "way": "logistic"}
@@ -163,7 +164,6 @@ def readers(name: str, card: Path) -> dict[str, Callable[[], Any]]:
 
 def main(folder: Path, first: int, last: int, push: bool) -> None:
     """Shows the models of some seeds to all their readers."""
-    import resource
     import warnings
 
     from typer.testing import CliRunner
@@ -195,7 +195,7 @@ def main(folder: Path, first: int, last: int, push: bool) -> None:
             ends[reader] = end
             print(json.dumps([seed, reader, *end]), flush=True)
         accepted += ends and not any(end[0] for end in ends.values())
-    print(json.dumps({"accepted": accepted, "kilobytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss}))
+    print(json.dumps({"accepted": accepted, "kilobytes": 1024 * (peak_mb() or 0.0)}))
 
 
 if __name__ == "__main__":
