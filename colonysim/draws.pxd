@@ -11,6 +11,7 @@ cdef class Draws:
 
     @cython.locals(state="unsigned long long")
     cpdef double draw(self, Py_ssize_t i) except? -1
+    cpdef double ahead(self, Py_ssize_t i) except? -1
 
 
 @cython.final

@@ -54,6 +54,10 @@ class Draws:
         state = self._states[i] = (self._states[i] + STEP) & ALL
         return (_mixed(state) >> 11) * UNIT
 
+    def ahead(self, i: int) -> float:
+        """The number of sequence `i` that will be drawn next."""
+        return (_mixed((self._states[i] + STEP) & ALL) >> 11) * UNIT
+
 
 class Keyed:
     """Uniform numbers from [0, 1) that belong to three whole numbers from 0: a sequence of their own, by SplitMix64.

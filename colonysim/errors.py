@@ -19,6 +19,10 @@ class PluginError(ColonysimError):
     """A policy, field or backend that could not be found or loaded."""
 
 
+class UnsavableError(PluginError):
+    """A policy, field or backend of which the protocol's optional methods for saving are not there."""
+
+
 class TraceError(ColonysimError):
     """A run directory that cannot be read or written."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -25,8 +26,8 @@ def install_command(extra: str) -> str:
     """
     folder, place = _source()
     if folder:
-        return f"pip install {_quoted(f'{folder}[{extra}]')}"
-    return f"pip install {_quoted(f'{NAME}[{extra}] @ {place}' if place else f'{NAME}[{extra}]')}"
+        return f"{_pip()} install {_quoted(f'{folder}[{extra}]')}"
+    return f"{_pip()} install {_quoted(f'{NAME}[{extra}] @ {place}' if place else f'{NAME}[{extra}]')}"
 
 
 def compile_command() -> str:
@@ -35,7 +36,17 @@ def compile_command() -> str:
     what = folder or (f"{NAME} @ {place}" if place else NAME)
     edit = "-e " if folder and _editable() else ""
     setting = "set COLONYSIM_COMPILE=1 && " if sys.platform == "win32" else "COLONYSIM_COMPILE=1 "
-    return f"{setting}pip install --force-reinstall --no-deps {edit}{_quoted(what)}"
+    return f"{setting}{_pip()} install --force-reinstall --no-deps {edit}{_quoted(what)}"
+
+
+def _pip() -> str:
+    """What runs pip for this interpreter: its name alone would be another's where no environment is activated."""
+    if sys.prefix == sys.base_prefix or os.environ.get("VIRTUAL_ENV") == sys.prefix:
+        return "pip"
+    python = Path(sys.executable)
+    if python.is_relative_to(Path.cwd()):
+        python = python.relative_to(Path.cwd())
+    return f"{_quoted(str(python))} -m pip"
 
 
 def _source() -> tuple[str, str]:

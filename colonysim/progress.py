@@ -28,6 +28,8 @@ PATIENCE = 2.0
 BETWEEN_LINES = 10.0
 """Least seconds of wall clock between two lines where there is no bar; more once that is under a tenth of the time."""
 _PAUSE = 0.1
+FIRST_EPISODES = 100
+"""So many episodes of a run have a line each in a log; of those that come after, one now and then has."""
 
 
 def shows(progress: bool | None) -> bool:
@@ -146,17 +148,27 @@ class RunBar(Bar):
     ) -> None:
         super().__init__(title, episodes, quiet)
         self._expected, self._step, self._told = max_steps, 0, told
+        self._lined = time.monotonic()
 
     def __call__(self, event: Event, run: Run) -> None:
         """Takes an event."""
         if event.kind == "episode":
             result = run.episodes[-1]
             self._expected, self._step = max(result.steps, 1), 0
-            if self._told is not None:
+            if self._told is not None and (self._drawn or self._is_worth_a_line(len(run.episodes))):
                 self.line(self._told(result))
         else:
             self._step = max(self._step, event.step)
         self.move(len(run.episodes) + min(self._step / self._expected, 0.95))
+
+
+    def _is_worth_a_line(self, episode: int) -> bool:
+        """Whether an episode that has ended is told of in a log."""
+        now = time.monotonic()
+        if episode > FIRST_EPISODES and now - self._lined < max(BETWEEN_LINES, (now - self._begun) / 10):
+            return False
+        self._lined = now
+        return True
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, real, whole
 from colonysim.errors import ColonysimError, TraceError
-from colonysim.files import LOCK, alone, remove_file, shown_path
+from colonysim.files import LOCK, alone, remove_file
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.plugins import called, make_backend, make_policy
 from colonysim.processes import refuse_rerun
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from colonysim.trace.groups import GroupResult
     from colonysim.trace.schema import Event, Frame, Tap
 
-__all__ = ["CHECKPOINT", "play", "recording", "run", "start_with"]
+__all__ = ["CHECKPOINT", "groups_at_end", "play", "recording", "run", "start_with"]
 
 CHECKPOINT = "checkpoint.npz"
 """The newest saved colony in the directory of a run that is under way, or was stopped."""
@@ -162,7 +162,7 @@ def run(
             "backend": dict(backend_options or {}),
             "overrides": scenario.settings,
             "decisions": "decisions" in kept.tables,
-            "initial": _shown(initial),
+            **_told_of(initial),
             **({} if checkpoint_every is None else {"checkpoint_every": checkpoint_every}),
         },
         recorded=kept.document(),
@@ -211,6 +211,12 @@ def recording(directory: Path) -> Iterator[None]:
                 (directory / LOCK).unlink()
 
 
+def groups_at_end(colony: Colony, episode: int) -> list[GroupResult]:
+    """How an episode that has just ended went for each group of a colony; nothing of one without groups."""
+    at_goal = [status == "goal" for status in colony.agents.status] if colony.scenario.groups else []
+    return results_at_end(colony.scenario, episode, at_goal, colony.agents.steps.tolist())
+
+
 def play(
     make: Callable[[TraceWriter, tuple[str, ...] | None], Colony],
     writer: TraceWriter,
@@ -246,9 +252,8 @@ def play(
             _note_measures(colony, writer)
             checkpoints = None if checkpoint_every is None else Checkpoints(colony, writer, checkpoint_every)
             for event in colony:
-                if groups is not None and event.kind == "episode" and colony.scenario.groups:
-                    at_goal = [status == "goal" for status in colony.agents.status]
-                    groups += results_at_end(colony.scenario, event.episode, at_goal, colony.agents.steps.tolist())
+                if groups is not None and event.kind == "episode":
+                    groups += groups_at_end(colony, event.episode)
                 if on_event:
                     on_event(event, recorded)
                 if tap:
@@ -326,9 +331,13 @@ def _take_back(directory: Path, made: Sequence[Path]) -> None:
             folder.rmdir()
 
 
-def _shown(initial: Run | str | Path | None) -> str | None:
-    path = initial.path if isinstance(initial, Run) else initial
-    return None if path is None else shown_path(path)
+def _told_of(initial: Run | str | Path | None) -> dict[str, str | None]:
+    """What the manifest says of the run that this one starts from: where it is from anywhere, and which one it is."""
+    if initial is None:
+        return {"initial": None}
+    run = initial if isinstance(initial, Run) else Run.open(initial)
+    path = None if run.path is None else str(run.path.absolute())
+    return {"initial": path, "initial_trace": run.manifest.get("trace_sha256")}
 
 
 def start_with(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:

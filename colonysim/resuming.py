@@ -9,14 +9,14 @@ from colonysim.arguments import real
 from colonysim.engines import PACKAGES
 from colonysim.errors import ColonysimError, TraceError
 from colonysim.files import remove_file
-from colonysim.plugins import called, make_backend, make_policy
+from colonysim.plugins import called, load, make_backend, make_policy
 from colonysim.processes import refuse_rerun
 from colonysim.progress import following, shows
 from colonysim.provenance import files_of, other_file
 from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded
-from colonysim.simulation.origins import known, refuse_code_of_others, refuse_executor_of_others
+from colonysim.simulation.origins import importable, known, refuse_code_of_others, refuse_executor_of_others
 from colonysim.simulation.saving import read_saved
 from colonysim.trace.kept import dropped_in
 from colonysim.trace.manifest import now, read_manifest, versions, write_manifest
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.scenario.scenario import Scenario
     from colonysim.simulation.saving import Saved
-    from colonysim.trace.schema import Event, Tap
+    from colonysim.trace.schema import Event, Frame, Tap
 
 __all__ = ["anew", "refuse_other_models", "refuse_other_versions", "resume"]
 
@@ -85,6 +85,7 @@ def resume(
         for left in directory.glob(".*.tmp"):  # by whoever was killed while writing it
             remove_file(left, TraceError)
         refuse_other_models(manifest, Run(directory, manifest).scenario, directory)
+        _refuse_other_parts(manifest, Run(directory, manifest).scenario, directory, policy, backend)
         source = directory / CHECKPOINT
         saved = read_saved(source) if source.exists() else None
         if saved is not None:
@@ -137,6 +138,26 @@ def _check(manifest: dict[str, Any], directory: Path) -> None:
         raise TraceError(f"{directory}: a run of single pushes, which cannot be gone on with")
     if "recorded" not in manifest:
         raise TraceError(f"{directory}: does not say what was recorded; a run of an early version, run it again")
+
+
+def _refuse_other_parts(
+    manifest: Mapping[str, Any],
+    scenario: Scenario,
+    directory: Path,
+    policy: str | Policy | Callable[[Scenario], Policy] | None,
+    backend: str | Backend | None,
+) -> None:
+    """Refuses another policy or backend than the run was begun with: its manifest would no longer be true."""
+    given = {}
+    if policy is not None:
+        given["policy"] = called("policies", policy, make_policy(policy, scenario))
+    if backend is not None and not (backend == "physics" and manifest["backend"] in PACKAGES):
+        made = load("backends", backend) if isinstance(backend, str) else backend
+        given["backend"] = called("backends", backend, made)
+    for kind, name in given.items():
+        if name != manifest[kind]:
+            begun = f"was begun with {kind} {manifest[kind]!r}"
+            raise ColonysimError(f"{directory}: {begun} and cannot go on with {name!r}")
 
 
 def refuse_other_versions(manifest: Mapping[str, Any], path: Path) -> None:
@@ -203,25 +224,31 @@ def anew(
     options = dict(manifest["options"].get("backend") or {})
     if backend is None:
         refuse_executor_of_others(options)
-        backend = _named("backends", manifest["backend"])
+        backend = importable("backend", manifest["backend"])
         if manifest["backend"] in PACKAGES:
             options.pop("engine", None)
     if policy is None:
         own = scenario.policy if known("policies", scenario.policy) else None
         same = own is not None and called("policies", own, make_policy(None, scenario)) == manifest["policy"]
-        policy = None if same else _named("policies", manifest["policy"])
+        policy = None if same else importable("policy", manifest["policy"])
     body = make_backend(backend, options if isinstance(backend, str) else None, scenario)
     return Colony(
         scenario, backend=body, policy=policy, mode=manifest["mode"], episodes=manifest["episodes"],
-        seed=manifest["seed"], sink=writer, initial=start_with(manifest["options"].get("initial")), decisions=decisions,
+        seed=manifest["seed"], sink=writer, initial=_start(manifest), decisions=decisions,
         kinds=kinds,
     )  # fmt: skip
 
 
-def _named(group: str, name: str) -> str:
-    if not known(group, name):
-        kind = "policy" if group == "policies" else "backend"
-        raise ColonysimError(
-            f"its {kind} {name!r} is code of others, which no run directory imports by itself; give {kind}={name!r}"
-        )
-    return name
+def _start(manifest: Mapping[str, Any]) -> dict[str, list[Frame]] | None:
+    """The pheromones that a run began with, if it took over those of another run.
+
+    Raises:
+        ColonysimError: That run is not there any more, or another one is in its place.
+    """
+    path, digest = (manifest["options"].get(name) for name in ("initial", "initial_trace"))
+    if path is None:
+        return None
+    other = Run.open(path)
+    if digest is not None and other.manifest.get("trace_sha256") != digest:
+        raise ColonysimError(f"{path}: is not the run any more whose pheromones this one has started with")
+    return start_with(other)

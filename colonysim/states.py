@@ -21,7 +21,7 @@ from colonysim.errors import ColonysimError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-__all__ = ["LARGEST", "MOST", "NUMPY_KINDS", "State", "Stored", "copied", "number_kind", "says"]
+__all__ = ["ARRAY_KINDS", "LARGEST", "MOST", "NUMPY_KINDS", "State", "Stored", "copied", "number_kind", "says"]
 
 State: TypeAlias = "dict[str, Any]"
 """The state of a part, by names of its own."""
@@ -32,6 +32,10 @@ LARGEST = 1e300
 """The same of other numbers, such as times."""
 DEEPEST = 40
 """Levels within levels that plain data may have."""
+ARRAY_KINDS = "bBhHiIqQfd"
+"""Type codes of Python's arrays that are plain data: those of one size everywhere."""
+MOST_BITS = 10_000
+"""Bits of a whole number: Python does not write much larger ones as text."""
 NUMPY_KINDS = "biufc"
 """Kinds of NumPy's arrays that are plain data: truth values and numbers."""
 
@@ -161,10 +165,11 @@ def says(part: object, name: str) -> bool:
     return callable(getattr(part, name, None))
 
 
-def number_kind(value: object) -> str:
+def number_kind(value: Any) -> str:
     """The kind of an array or a number of NumPy ("f" for floats), "" of anything else."""
     numpy = sys.modules.get("numpy")
-    if numpy is None or not isinstance(value, (numpy.ndarray, numpy.generic)):
+    # Not what derives from arrays: a mask, for one, would be lost.
+    if numpy is None or not (type(value) is numpy.ndarray or isinstance(value, numpy.generic)):
         return ""
     return str(value.dtype.kind)
 
@@ -180,7 +185,11 @@ def copied(value: Any, what: str, depth: int = 0) -> Any:
     Raises:
         ColonysimError: Something in it is no plain data, or it is nested too deeply.
     """
-    if value is None or type(value) in (bool, int, float, str, bytes):
+    if value is None or type(value) in (bool, float, bytes):
+        return value
+    if type(value) is int and value.bit_length() <= MOST_BITS:
+        return value
+    if type(value) is str and not any("\ud800" <= letter <= "\udfff" for letter in value):
         return value
     if depth > DEEPEST:
         raise ColonysimError(f"{what}: is nested deeper than {DEEPEST} levels, or contains itself")
@@ -188,11 +197,11 @@ def copied(value: Any, what: str, depth: int = 0) -> Any:
         return type(value)([copied(item, what, depth + 1) for item in value])
     if type(value) is dict:
         return {copied(key, what, depth + 1): copied(item, what, depth + 1) for key, item in value.items()}
-    if type(value) is array and value.typecode != "u":
+    if type(value) is array and value.typecode in ARRAY_KINDS:
         return value[:]
     if number_kind(value) and number_kind(value) in NUMPY_KINDS:
         return value.copy()
     raise ColonysimError(
         f"{what}: holds {shown(value)}, a value of type {type(value).__name__}, expected plain data: None, numbers, "
-        "text, lists, tuples, mappings and arrays"
+        "text, lists, tuples, mappings and arrays (docs/saving.md)"
     )

@@ -111,4 +111,6 @@ def _effect(each: Difference | Pooled) -> dict[str, Any]:
 
 
 def _word(value: Any) -> str:
-    return "-" if value is None else str(value)
+    from colonysim.sweep.played import AS_IT_WAS
+
+    return AS_IT_WAS if value is None else str(value)

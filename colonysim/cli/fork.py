@@ -83,7 +83,7 @@ def command(
     entries = Store(out).entries
     failed = sum(entries[trial.identity]["status"] == "failed" for trial in planned.trials)
     print_result(f"{len(planned.trials) - failed} futures succeeded, {failed} failed: {out}")
-    if settings and not quiet:
+    if settings and failed < len(planned.trials) and not quiet:
         say(f"What it changed: colonysim compare {out} --by {settings[0].partition('=')[0].strip()}")
     if failed:
         raise SystemExit(1)

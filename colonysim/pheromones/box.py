@@ -39,7 +39,7 @@ class BoxWorth(Marks):
     """
 
     name = "B"
-    by_box = True
+    by_box = by_hole = True
 
     def __init__(
         self,

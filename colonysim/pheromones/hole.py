@@ -52,6 +52,7 @@ class HoleTrail(Marks):
     """
 
     name = "H"
+    by_hole = True
 
     def __init__(
         self,

@@ -95,7 +95,8 @@ class Marks:
     """
 
     name = ""
-    by_box = False
+    by_box = by_hole = False
+    """Whether its values belong to boxes instead of nodes; whether there is one for each hole."""
 
     def __repr__(self) -> str:
         return f"<field {self.name}>"

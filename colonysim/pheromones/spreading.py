@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import real
 from colonysim.pheromones.marks import Fading, each_node
-from colonysim.states import LARGEST
+from colonysim.states import LARGEST, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from colonysim.states import State, Stored
+    from colonysim.states import State
     from colonysim.world.state import World
 
 __all__ = ["FAINT", "NodeValues"]
@@ -187,12 +187,13 @@ class NodeValues:
             "nodes": array("i", self._nodes[: self._logged]), "amounts": array("d", self._amounts[: self._logged]),
         }  # fmt: skip
 
-    def restore(self, told: Stored) -> None:
-        """Takes over a state of such values.
+    def restore(self, state: State | Stored) -> None:
+        """Takes over what `state` has returned.
 
         Raises:
-            ColonysimError: It is none.
+            ColonysimError: It is no such state.
         """
+        told = state if isinstance(state, Stored) else Stored(state, "the values at nodes")
         held = told.column("held", "d", self._size, -LARGEST, LARGEST)
         active = told.column("active", "i", None, 0, self._size - 1)
         nodes = told.column("nodes", "i", None, END, self._size - 1)

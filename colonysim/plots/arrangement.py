@@ -11,7 +11,7 @@ from colonysim.characters import printable
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.suggest import nearest
-from colonysim.sweep.played import varying
+from colonysim.sweep.played import AS_IT_WAS, varying
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -171,9 +171,9 @@ def labels(keys: Iterable[tuple[Any, ...]]) -> list[str]:
 
 
 def word(value: Any) -> str:
-    """A value as a figure shows it; "default" where a scenario's or a policy's own holds."""
+    """A value as a figure shows it."""
     if value is None:
-        return "default"
+        return AS_IT_WAS
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.6g}" if isinstance(value, float) else short(str(value))

@@ -24,7 +24,7 @@ class Choice(NamedTuple):
         memory: What it will remember; handed back at its next decision.
         explored: Whether it followed E instead of D and B.
         targets: The nodes it could choose from.
-        boxes: For each of them the box meant, or -1.
+        boxes: For each of them the box meant, or -1; empty if no box is meant.
         probabilities: For each of them its chance; empty if there was no choice.
     """
 

@@ -15,6 +15,7 @@ cdef class Senses:
     cdef Keyed _errors
 
     cpdef unsigned long long look(self, int agent) except? 1
+    cpdef decided(self, int agent)
     cpdef bint overlooks(self, unsigned long long look, int box) except? -1
     @cython.locals(east=double, north=double)
     cpdef place(self, unsigned long long look, int node, bint exact)

@@ -1,6 +1,7 @@
 """Sensors that err: boxes that are not seen, nodes that seem to lie elsewhere, marks that are misread.
 
-An error belongs to a look, that is, to one decision of one agent: whoever asks twice within it gets the same answer.
+An error belongs to a look, that is, to one decision of one agent: whoever asks twice before it has decided gets the
+same answer, and whoever looks through its eyes meanwhile changes nothing.
 Each is computed from a number drawn for the look and from what is looked at, so that it depends neither on the order
 of the questions nor on how many there are.
 """
@@ -55,9 +56,14 @@ class Senses:
         self.looks: Draws | None = None
 
     def look(self, agent: int) -> int:
-        """A number for an agent's next look."""
+        """The number of an agent's look, the same until it has decided."""
         assert self.looks is not None
-        return int(self.looks.draw(agent) * BITS)
+        return int(self.looks.ahead(agent) * BITS)
+
+    def decided(self, agent: int) -> None:
+        """An agent has decided by what it saw: its next look errs anew."""
+        assert self.looks is not None
+        self.looks.draw(agent)
 
     def overlooks(self, look: int, box: int) -> bool:
         """Whether a box is not seen in a look."""

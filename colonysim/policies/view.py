@@ -408,7 +408,7 @@ class LocalView:
 
     def box_node(self, box: int) -> int:
         """Where a visible box is."""
-        node = self._world.box_node[box] if box >= 0 else -1
+        node = self._world.box_node[box] if 0 <= box < len(self._world.box_node) else -1
         if not self.sees(node) or (self._overlooked and self._misses(box)):
             raise OutOfSightError(f"box {box} is out of sight from node {self.node}")
         return node

@@ -178,7 +178,9 @@ def unknown_field(parts: Sequence[str], document: Mapping[str, Any]) -> str:
     if not hint and len(parts) == 1:
         inner = {field: f"timing.{field}" for field in TimingSection.model_fields}
         inner |= {field: f"physics.{field}" for field in PhysicsSection.model_fields}
-        hint = f"; did you mean '{inner[name]}'?" if name in inner else ""
+        if name not in inner:
+            return f"unknown field, expected {_either(known)}; a parameter of the policy would be 'policy.{name}'"
+        hint = f"; did you mean '{inner[name]}'?"
     return f"unknown field, expected {_either(known)}{hint}" if len(known) <= 6 or not hint else f"unknown field{hint}"
 
 

@@ -251,13 +251,15 @@ class Colony:
         """All events that are still to come."""
         events = self._rows.events
         while events or self._fill(inf):
-            while events and not self._observers:
+            while events and not self._observers and not self._calling:
                 yield events.pop(0)
             if events:
+                self._refuse_calls()
                 yield self._told(events.pop(0))
 
     def _next(self, until: float, *, stay: bool = False) -> Event | None:
         """The next event that is due by a time of the episode under way; None if there is none."""
+        self._refuse_calls()
         events = self._rows.events
         return self._told(events.pop(0)) if events or self._fill(until, stay=stay) else None
 
@@ -373,7 +375,7 @@ class Colony:
         return [] if self.asked is None else self._episode.asking()
 
     def view(self, agent: int | None = None) -> LocalView:
-        """What an agent can know now; of one that is under way, from where it started.
+        """What an agent can know now; of one that is under way, from where it started. To look changes nothing.
 
         Args:
             agent: The agent; the one that is asked if None.

@@ -384,8 +384,11 @@ class Episode:
                 if self.acting == 0 and not self.clock.pending:
                     self.ticks.tick()
                 return
-            if self.settle(agent):
-                self._expect(agent, 0.0, MOVED)  # who waited for the place chooses before who comes from it
+            waits = self.settle(agent)  # who waited for the place chooses before who comes from it
+            if self.awaited and self.timeline.notice():
+                waits = True  # what the timeline made wait for this happens before it chooses
+            if waits:
+                self._expect(agent, 0.0, MOVED)
                 return
         elif self.doing[agent] == STANDING:
             self.doing[agent] = RESTING
@@ -497,6 +500,8 @@ class Episode:
         self.memories[agent] = decision.memory
         if view._overlooked and decision.node < 0:
             self._look_again(view, decision)
+        if view._senses is not None:
+            view._senses.decided(agent)
         if rows.kept:
             choice, options = decision.choice, decision.options
             if options is not None and decision.count:

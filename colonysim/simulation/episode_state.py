@@ -95,17 +95,17 @@ def restore_episode(
     episode.ticks.restore(told.part("ticks"))
     if episode.asked >= 0 and not episode.outside:
         raise told.fault("asked", episode.asked, "an agent whose decisions come from outside")
-    waited, failures = told.column("waited", "d", agents, 0.0, LARGEST), told.wholes("failures", agents)
+    waited, failures = told.column("waited", "d", agents, 0.0, LARGEST), told.wholes("failures", agents, 0, 2**31 - 1)
     refused = [move_of(each, world, "a refused move") for each in told.listed("refused", agents)]
     last = told.listed("last", agents)
     if not all(each == "" or each in STATUSES for each in last):
         raise told.fault("last", last, f"one of {', '.join(STATUSES)}, or nothing")
+    if episode.faults is not None:
+        episode.faults.restore(told.part("faults"))
     for agent, view in enumerate(episode.views):
         view.waited, view.failures, view.refused = waited[agent], failures[agent], refused[agent]
         view.outcome, view.steps = last[agent], columns["steps"][agent]
         view.look()
-    if episode.faults is not None:  # after the looks above, which draw
-        episode.faults.restore(told.part("faults"))
     episode.waiting.restore(told.part("waiting"))
     episode.clock.restore(told.part("clock"), world, episode.now)
     episode.timers.restore(told.part("timers"), episode.env, episode.now)
@@ -125,7 +125,12 @@ def restore_episode(
     moving = [agent for agent, moves, _ in episode.ticks.turns if moves]
     if any(episode.target[agent] < 0 for agent in (*acts, *moving)):
         raise told.fault("target", columns["target"], "a node for each agent that acts")
-    episode.timed, episode.acting = sum(expires), sum(not episode.clock.expects(agent) for agent in acts)
+    timed = [agent for agent in acts if not episode.clock.expects(agent)]
+    if any(outcomes[agent] is None and episode.ends_at[agent] < 0 for agent in timed):
+        raise told.fault("ends_at", columns["ends_at"], "a node for each agent that acts")
+    if any(not episode.processes[agent].scheduled for agent in timed):
+        raise told.fault("doing", list(doing), "an alarm, or the clock, for each agent that acts")
+    episode.timed, episode.acting = sum(expires), len(timed)
     episode.standing = sum(each == STANDING for each in doing)
     if episode.asked >= 0 and episode.now > 0.0:
         episode.env.run(until=episode.now)  # whatever is due now comes after; the answer counts its times from here

@@ -133,7 +133,11 @@ class GroupPolicies:
         checked = {id(policy): checked_policy(policy, world, rows) for policy in policies}
         self._distinct = [*checked.values()]
         if len(checked) > 1 and any(policy.outside for policy in self._distinct):
-            raise ColonysimError("decisions from outside are those of all agents: no group has a policy of its own")
+            which = next(n for n, policy in enumerate(policies[1:]) if policy is not main)
+            raise ColonysimError(
+                f"decisions from outside are those of all agents, and group {scenario.groups[which].name!r} has a "
+                f"policy of its own: leave it out, as by overrides={{'groups.{which}.policy': None}}"
+            )
         self._world, self._rows = world, rows
         self.fields: dict[str, Marks] = self._made()
         self.decider = self._distinct[0]

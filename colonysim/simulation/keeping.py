@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from colonysim import __version__
-from colonysim.errors import ColonysimError, PluginError, ScenarioError
+from colonysim.errors import ColonysimError, ScenarioError, UnsavableError
 from colonysim.policies.decision import decision_of, decision_state
 from colonysim.provenance import files_of, other_file
 from colonysim.randomness import Streams
@@ -80,14 +80,14 @@ def check_savable(colony: Colony) -> None:
     """Checks that every part of a colony can be saved.
 
     Raises:
-        PluginError: One cannot.
+        UnsavableError: One cannot.
     """
     for field in colony._fields.values():
         if hasattr(field, "check_savable"):
             field.check_savable()
     body = colony._body
     if not (says_state(body) or getattr(body, "replayable", False)):
-        raise PluginError(
+        raise UnsavableError(
             f"backend {body.name!r} can neither say its state (methods 'state' and 'restore' of its own) nor go "
             "through an episode again exactly ('replayable'), without which a colony cannot be saved"
         )

@@ -48,8 +48,9 @@ class Measures:
     def __init__(self) -> None:
         self._all: list[_Measure] = []
         self.due = inf
-        self._saved: dict[str, int] = {}
-        """Of a saved colony: for each name how many values there are in the episode, counting the next."""
+        self._saved: dict[str, tuple[int, float]] = {}
+        """Of a saved colony: for each name how many values there are in the episode, counting the next, and how often
+        one is taken."""
 
     def add(self, name: str, call: Callable[[Colony], float], every: float | None, now: float) -> None:
         """Adds one; see `Colony.measure`."""
@@ -61,7 +62,13 @@ class Measures:
             raise ColonysimError(f"measure: {SHOWN.repr(call)} is no function of a colony")
         period = inf if every is None else real("measure: every", every, SHORTEST, LONGEST)
         measure = _Measure(name, call, period, now)
-        measure.count = self._saved.pop(name, measure.count)
+        if name in self._saved:
+            count, before = self._saved[name]
+            if period != before:
+                how = "at the end of each episode" if before == inf else f"every {before:g} s"
+                raise ColonysimError(f"measure: {name!r} was measured {how} when the colony was saved, now the same")
+            measure.count = count
+            del self._saved[name]
         self._all.append(measure)
         self._set_due()
 
@@ -90,13 +97,15 @@ class Measures:
         return sorted(measure.name for measure in self._all)
 
     def state(self) -> State:
-        """How many values of each there are in the episode."""
-        return self._saved | {measure.name: measure.count for measure in self._all}
+        """How many values of each there are in the episode, and seconds from one to the next."""
+        now = self._saved | {measure.name: (measure.count, measure.every) for measure in self._all}
+        return {name: {"count": count, "every": every} for name, (count, every) in now.items()}
 
     def restore(self, state: State) -> None:
         """Takes over the counts, for measures of the same names that are added later."""
         told = Stored(state, "measures")
-        self._saved = {name: told.whole(name, 1) for name in state}
+        each = {name: told.part(name) for name in state}
+        self._saved = {name: (part.whole("count", 1), part.real("every", 0.0)) for name, part in each.items()}
 
     def _set_due(self) -> None:
         self.due = min((measure.due for measure in self._all), default=inf)

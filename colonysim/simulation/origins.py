@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.backends.nodeworld import NodeWorld
 from colonysim.errors import ColonysimError, PluginError
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from colonysim.simulation.saving import Saved
 
 __all__ = [
-    "Origin", "backend_of", "known", "origin_of", "policy_of", "refuse_code_of_others",
+    "Origin", "backend_of", "importable", "known", "origin_of", "policy_of", "refuse_code_of_others",
     "refuse_executor_of_others", "scenario_of",
 ]  # fmt: skip
 
@@ -97,6 +97,25 @@ def _named_fields(parameters: Mapping[str, Any]) -> list[Any]:
     return [found] if isinstance(found, str) else [*found]
 
 
+def importable(kind: Literal["policy", "backend"], name: str) -> str:
+    """A policy's or a backend's name out of a file, if the file may have it imported.
+
+    Args:
+        kind: Which of the two it names.
+        name: As the saved colony or the run calls it.
+
+    Raises:
+        PluginError: It is code of others, which only whoever goes on with the colony may have imported.
+    """
+    if not known({"policy": "policies", "backend": "backends"}[kind], name):
+        given = name if ":" in name else "package.module:Name"
+        raise PluginError(
+            f"its {kind} {name!r} is code of others, which no file imports by itself; name it again, "
+            f"--{kind} {given}, from Python {kind}="
+        )
+    return name
+
+
 def refuse_executor_of_others(options: Mapping[str, Any] | None) -> None:
     """Refuses options of a backend, out of a file, that would have a push executor of others imported.
 
@@ -126,12 +145,7 @@ def backend_of(
     if origin.options is None:
         raise PluginError(f"its backend {origin.backend!r} was given as an object; give another one, backend=")
     refuse_executor_of_others(origin.options if options is None else options)
-    if not known("backends", origin.backend):
-        raise PluginError(
-            f"its backend {origin.backend!r} is code of others, which no file imports by itself; give "
-            f"backend={origin.backend!r}"
-        )
-    return origin.backend, origin.options if options is None else options
+    return importable("backend", origin.backend), origin.options if options is None else options
 
 
 def policy_of(
@@ -149,8 +163,6 @@ def policy_of(
         raise PluginError(f"its policy {name!r} was given as an object or a function; give it, policy=")
     own = saved.document.get("policy")
     asked = name if name is not None else own.get("name") if isinstance(own, dict) else own
-    if isinstance(asked, str) and not known("policies", asked):
-        raise PluginError(
-            f"its policy {asked!r} is code of others, which no file imports by itself; give policy={asked!r}"
-        )
+    if isinstance(asked, str):
+        importable("policy", asked)
     return name

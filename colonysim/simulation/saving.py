@@ -22,7 +22,7 @@ import numpy as np
 from colonysim.arguments import MAX_SEED
 from colonysim.errors import ColonysimError
 from colonysim.files import MAX_DEPTH, opened_file, replacing
-from colonysim.states import DEEPEST, NUMPY_KINDS, Stored, number_kind
+from colonysim.states import ARRAY_KINDS, DEEPEST, NUMPY_KINDS, Stored, number_kind
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,8 +40,9 @@ MOST_BYTES = 4 * 2**30
 """Largest archive, and largest content of one, that is read."""
 MOST_TEXT = 2**28
 """Largest text that is read, bytes."""
-MOST_MEMBERS = 100_000
-_TYPES = {"b": "i1", "B": "u1", "h": "<i2", "i": "<i4", "I": "<u4", "q": "<i8", "Q": "<u8", "f": "<f4", "d": "<f8"}
+MOST_MEMBERS = 1_000_000
+"""Arrays in a file, and the text."""
+_TYPES = dict(zip(ARRAY_KINDS, ("i1", "u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f4", "<f8"), strict=True))
 """NumPy's types of `array.array`'s type codes, as they are on disk."""
 _MARK = "~"
 """Begins the only key of a mapping that stands for what JSON has no word for."""
@@ -105,6 +106,8 @@ def write_saved(path: Path, saved: Saved) -> None:
         "extra": saved.extra, "files": saved.files,
         "state": _written(saved.state, arrays, "state"),
     }  # fmt: skip
+    if len(arrays) >= MOST_MEMBERS:
+        raise ColonysimError(f"{path}: the colony holds {len(arrays)} arrays, expected fewer than {MOST_MEMBERS}")
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
         file.writestr(zipfile.ZipInfo(TEXT), json.dumps(text, ensure_ascii=False, allow_nan=False).encode(), 8)
         for name, values in arrays.items():
@@ -163,7 +166,8 @@ def read_saved(path: Path) -> Saved:
                 members = {info.filename: info for info in archive.infolist()}
                 total = sum(info.file_size for info in members.values())
                 if len(archive.infolist()) > MOST_MEMBERS or total > MOST_BYTES:
-                    raise ColonysimError(f"{path}: is too large, expected at most {MOST_BYTES / 1e6:.0f} MB in it")
+                    most = f"{MOST_BYTES / 1e6:.0f} MB and {MOST_MEMBERS} arrays"
+                    raise ColonysimError(f"{path}: is too large, expected at most {most} in it")
                 if TEXT not in members or members[TEXT].file_size > MOST_TEXT:
                     raise ColonysimError(f"{path}: is no saved colony (it holds no {TEXT})")
                 text = json.loads(archive.read(TEXT).decode(), parse_constant=_refuse)
@@ -171,7 +175,7 @@ def read_saved(path: Path) -> Saved:
                 state = _read(about.take("state"), _Arrays(archive, members))
         except (
             zipfile.BadZipFile, zipfile.LargeZipFile, OSError, ValueError, RecursionError, RuntimeError,
-            NotImplementedError, EOFError, MemoryError, KeyError, zlib.error,
+            NotImplementedError, EOFError, MemoryError, KeyError, TypeError, OverflowError, zlib.error,
         ) as error:  # fmt: skip
             raise ColonysimError(f"{path}: damaged, or no saved colony: {str(error)[:200]}") from None
     if not isinstance(state, dict):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ScenarioError
 from colonysim.scenario.loading import scenario_from_document
+from colonysim.scenario.schema import format_schema
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -31,6 +32,8 @@ def changed(scenario: Scenario, settings: Mapping[str, Any] | Sequence[str]) -> 
     """
     words = [settings] if isinstance(settings, str) else settings
     for path in [str(word).partition("=")[0].strip() for word in words]:
-        if path.split(".")[0] not in MAY_CHANGE or path in ("policy", "policy.name"):
+        section = path.split(".")[0]
+        fixed = section in format_schema()["properties"] and section not in MAY_CHANGE
+        if fixed or path in ("policy", "policy.name", "policy.preset"):
             raise ScenarioError(f"--set {path}: cannot change under way; expected a field of {', '.join(MAY_CHANGE)}")
     return scenario_from_document(scenario.document, overrides=settings, source=scenario.source)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from colonysim.policies.decision import decision_of, decision_state, new_decision
 from colonysim.simulation.alarms import Alarm
-from colonysim.simulation.order import ENDS, LAST
+from colonysim.simulation.order import ENDS, LAST, MOVED
 from colonysim.states import LARGEST, Stored
 
 if TYPE_CHECKING:
@@ -61,6 +61,9 @@ class Ticks(Alarm):
         episode = self._episode
         if self.turns:
             self._apply()
+            if episode.awaited and episode.timeline.notice():
+                self.arm(episode.env, episode.now, 0.0, MOVED)  # what waited for this happens before anybody decides
+                return
         going = [agent for agent in episode.present() if agent not in episode.finished]
         self.active, self.decided = [agent for agent in episode.drawn(going) if not episode.done(agent)], []
         for agent in self.active if episode.stops else ():

@@ -125,13 +125,14 @@ class Timeline:
             self._changed(alarm.change)
         self._tell(alarm.change, at)
 
-    def notice(self) -> None:
-        """Something has happened: what waits for it has its time now."""
-        for alarm in self.waiting[:]:
-            if self._ready(alarm.change):
-                self.waiting.remove(alarm)
-                self._arm(alarm, self._episode.now, 0.0)
+    def notice(self) -> bool:
+        """Something has happened: what waits for it has its time now. Returns whether there is such a change."""
+        ready = [alarm for alarm in self.waiting if self._ready(alarm.change)]
+        for alarm in ready:
+            self.waiting.remove(alarm)
+            self._arm(alarm, self._episode.now, 0.0)
         self._episode.awaited = bool(self.waiting)
+        return bool(ready)
 
     # -- its state -------------------------------------------------------------------------------------------------
 

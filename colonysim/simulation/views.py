@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from math import nan
 from typing import TYPE_CHECKING, Any
 
+from colonysim.arguments import whole
+from colonysim.errors import ColonysimError
 from colonysim.trace.groups import group_at
 
 if TYPE_CHECKING:
@@ -118,8 +120,12 @@ class AgentsView(_OfWorld):
         return _array(self._episode.steps, "int64")
 
     def steps_of(self, agent: int) -> int:
-        """`steps` of one agent."""
-        return int(self._episode.steps[agent])
+        """`steps` of one agent.
+
+        Raises:
+            ColonysimError: There is no such agent.
+        """
+        return int(self._episode.steps[whole("agent", agent, 0, len(self) - 1)])
 
     @property
     def waited(self) -> NDArray[np.float64]:
@@ -243,14 +249,16 @@ class FieldView(_OfWorld):
     Attributes:
         name: Its name.
         by_box: Whether its values belong to boxes instead of nodes.
+        by_hole: Whether there is one for each hole, as of H and B.
     """
 
-    __slots__ = ("_field", "by_box", "name")
+    __slots__ = ("_field", "by_box", "by_hole", "name")
 
     def __init__(self, world: World, field: Field) -> None:
         super().__init__(world)
         self._field = field
         self.name, self.by_box = field.name, bool(field.by_box)
+        self.by_hole = bool(getattr(field, "by_hole", False))
 
     def __repr__(self) -> str:
         return f"<field {self.name}: {len(self.items())} values>"
@@ -264,10 +272,15 @@ class FieldView(_OfWorld):
 
         Raises:
             KeyError: There is no such node, box or hole.
+            ColonysimError: The field has a value for each hole, and none is named.
         """
         world = self._world
         key = -1
-        if hole >= 0:
+        if self.by_hole and hole == -1:
+            raise ColonysimError(f"{self.name} has a value for each hole: name the node of one, hole=")
+        if hole != -1:
+            if hole not in world.topology.index:
+                raise KeyError(f"no node {hole}")
             key = world.hole_at[world.topology.index[hole]]
             if key < 0:
                 raise KeyError(f"no hole at node {hole}")

@@ -11,7 +11,7 @@ from colonysim.arguments import as_span
 from colonysim.errors import ColonysimError
 from colonysim.intervals import of_mean
 from colonysim.suggest import nearest
-from colonysim.sweep.played import MEASURES, read_source
+from colonysim.sweep.played import AS_IT_WAS, MEASURES, read_source
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -87,7 +87,8 @@ class Pooled:
         digits, noun = DIGITS[self.measure], _NOUNS[self.measure]
         if self.where.get("group") is not None:
             noun = f"{noun} of group {self.where['group']}"
-        here, there = (f"with {self.by} {'-' if value is None else value}" for value in (self.other, self.reference))
+        values = (AS_IT_WAS if value is None else value for value in (self.other, self.reference))
+        here, there = (f"with {self.by} {value}" for value in values)
         over = "one pair of runs" if self.pairs == 1 else f"{self.pairs} pairs of runs"
         size = f"{abs(self.difference):.{digits}f} {'higher' if self.difference > 0 else 'lower'}"
         told = f"{noun} is {size} {here} than {there}, over {over}"
@@ -152,6 +153,9 @@ def compare(
             where = dict(zip(free, place, strict=True))
             found += _differences(where, by, reference, other, first[place], second[place])
     if not found:
+        seeds = [{row["seed"] for row in rows} for rows in groups.values()]
+        if not seeds[0].intersection(*seeds[1:]):
+            raise ColonysimError(f"no seed was played with each {by}: what is compared are runs of the same seed")
         raise ColonysimError(f"no seed and settings that two values of {by!r} have in common")
     return found
 

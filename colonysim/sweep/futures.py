@@ -18,8 +18,8 @@ from colonysim.simulation.saving import read_saved, write_saved
 from colonysim.simulation.settings import changed
 from colonysim.states import Stored
 from colonysim.sweep.plan import Limits, Sweep, Trial, identity
-from colonysim.sweep.running import run_planned
-from colonysim.sweep.store import Store
+from colonysim.sweep.running import run_planned, warn_of_others
+from colonysim.sweep.store import Store, holds_sweep
 from colonysim.sweep.tables import STATE
 from colonysim.trace.checks import LONGEST
 from colonysim.trace.reader import Run
@@ -73,7 +73,8 @@ def fork_run(
         The sweep.
 
     Raises:
-        ColonysimError: There is no such run or moment, a field cannot change under way, or a part cannot be saved.
+        ColonysimError: There is no such run or moment, a field cannot change under way, a part cannot be saved, or the
+            directory holds other trials.
     """
     refuse_unguarded()
     run, second = Run.open(path), real("at", at, 0.0, LONGEST)
@@ -107,11 +108,14 @@ def fork_run(
     planned = Sweep("futures", tuple(replace(trial, identity=identity(trial)) for trial in trials), Limits())
     file = Path(out) / STATE
     there = file.exists() and read_saved(file).extra == about
+    if not there and (file.exists() or holds_sweep(out)):
+        raise ColonysimError(f"{out}: holds trials of another sweep, or of another moment; expected a new directory")
     saved = None if there else _moment(run, number, second, about, policy, backend)
     with Store(out, write=True) as store:
         if saved is not None:
             write_saved(file, saved)
         run_planned(planned, store, workers=workers, on_outcome=on_outcome)
+        warn_of_others(planned, store, "this fork")
     return planned
 
 

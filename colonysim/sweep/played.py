@@ -19,9 +19,11 @@ from colonysim.trace.reader import Run
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["MEASURES", "Played", "Source", "read_source", "varying"]
+__all__ = ["AS_IT_WAS", "MEASURES", "Played", "Source", "read_source", "varying"]
 
 MEASURES = ("success", "steps", "sim_seconds")
+AS_IT_WAS = "as it was"
+"""The word for a setting that somebody left as the scenario, the policy or the run that goes on has it."""
 
 
 @dataclass(frozen=True)

@@ -109,14 +109,20 @@ def _part_of(planned: Sweep, part: Shard, store: Store, out: str | Path, retry_f
     return replace(planned, trials=tuple(trials))
 
 
-def warn_of_others(planned: Sweep, store: Store, file: str | Path) -> None:
-    """Says how many trials of a journal a sweep does not ask for."""
+def warn_of_others(planned: Sweep, store: Store, asking: str | Path) -> None:
+    """Says how many trials of a journal a sweep does not ask for.
+
+    Args:
+        planned: The sweep.
+        store: The journal.
+        asking: What the sweep was planned from, for the message.
+    """
     asked = {trial.identity for trial in planned.trials}
     others = sum(entry["status"] != "stale" and name not in asked for name, entry in store.entries.items())
     if others:
         warnings.warn(
-            f"{store.directory}: {_trials(others)} in the journal that {file} does not ask for as it is now, and that "
-            "the tables do not show", ColonysimWarning, stacklevel=3,
+            f"{store.directory}: {_trials(others)} in the journal that {asking} does not ask for as it is now, and "
+            "that the tables do not show", ColonysimWarning, stacklevel=3,
         )  # fmt: skip
 
 

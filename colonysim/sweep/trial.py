@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.errors import ColonysimError
 from colonysim.geometry.robot_choice import with_robot
 from colonysim.provenance import TAG, parts_of, telling
-from colonysim.recording import run
+from colonysim.recording import groups_at_end, run
 from colonysim.scenario.loading import load_scenario
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import diverge, loaded
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from colonysim.provenance import Sources
     from colonysim.scenario.scenario import Scenario
     from colonysim.sweep.plan import Trial
+    from colonysim.trace.groups import GroupResult
     from colonysim.trace.schema import EpisodeResult
 
 __all__ = ["run_trial"]
@@ -48,12 +49,7 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         scenario, backend=trial.backend, backend_options=trial.options, policy=trial.policy, mode=trial.mode,
         episodes=trial.episodes, seed=trial.seed, trace=False,
     )  # fmt: skip
-    grouped = {"groups": [list(result) for result in recorded.groups]} if scenario.groups else {}
-    return {
-        **grouped,
-        "trace_sha256": recorded.trace_sha256,
-        "episodes": _rows(recorded.episodes),
-    }
+    return _result(recorded.trace_sha256, recorded.episodes, recorded.groups)
 
 
 def _future(trial: Trial) -> dict[str, Any]:
@@ -64,13 +60,20 @@ def _future(trial: Trial) -> dict[str, Any]:
         raise ColonysimError(f"{path}: is the colony of another moment")
     writer = TraceWriter(None, {})
     mind, mover = trial.given.get("policy"), trial.given.get("backend")
+    groups: list[GroupResult] = []
     with writer, loaded(
         Colony, path, saved, policy=mind, backend=mover, sink=writer, kinds=("episode",)
     ) as colony:  # fmt: skip
         diverge(colony, trial.seed, trial.parameters)
-        for _ in colony:
-            pass
-    return {"trace_sha256": writer.manifest["trace_sha256"], "episodes": _rows(writer.results)}
+        for event in colony:
+            groups += groups_at_end(colony, event.episode)
+    return _result(writer.manifest["trace_sha256"], writer.results, groups)
+
+
+def _result(digest: str | None, episodes: Iterable[EpisodeResult], groups: Iterable[GroupResult]) -> dict[str, Any]:
+    """What `run_trial` returns."""
+    told = [list(group) for group in groups]
+    return {**({"groups": told} if told else {}), "trace_sha256": digest, "episodes": _rows(episodes)}
 
 
 def _rows(episodes: Iterable[EpisodeResult]) -> list[list[Any]]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import threading
+import warnings
 from array import array
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from colonysim.arguments import as_seed, whole
+from colonysim.errors import ColonysimWarning
 from colonysim.plugins import lacking
 from colonysim.randomness import Streams
 from colonysim.simulation import Colony, simulate
@@ -50,6 +52,9 @@ def check_backend(
             "hands over", "legal outcomes", "failures are outcomes", "footprint", "feasible", "cancel", "leave",
             "delivers once", "rows", "randomness", "saving" (of one that has `state` and `restore`, or says that it is
             `replayable`) or "close"; the message says what happened.
+
+    Warns:
+        ColonysimWarning: No colony on this backend can be saved.
 
     Example:
         ```python
@@ -131,7 +136,11 @@ def _check_saving(factory: Factory, scenario: Scenario, episodes: int, seed: int
     has = [name for name in ("state", "restore") if says(body, name)]
     if len(has) == 1:
         raise ConformanceError("saving", f"it has a method {has[0]!r}, and no other to go with it")
-    if has or getattr(body, "replayable", False):
+    if not has and not getattr(body, "replayable", False):
+        why = "it has no methods 'state' and 'restore' of its own and does not say that it is 'replayable'"
+        what = f"a colony on backend {body.name!r} cannot be saved, forked or resumed: {why}"
+        warnings.warn(what, ColonysimWarning, stacklevel=3)
+    else:
         for policy in ("random", "colony"):
             same_futures(
                 lambda policy=policy: Colony(  # type: ignore[misc]

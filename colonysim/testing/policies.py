@@ -6,11 +6,12 @@ import copy
 import dataclasses
 import math
 import random
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from colonysim.arguments import as_seed, whole
-from colonysim.errors import PluginError
+from colonysim.errors import ColonysimWarning, PluginError, UnsavableError
 from colonysim.pheromones.field import Visit, Write
 from colonysim.simulation import Colony, simulate
 from colonysim.testing.promises import ConformanceError, Recorder, frozen, global_randomness, same_futures, same_traces
@@ -52,6 +53,9 @@ def check_policy(
         ConformanceError: The first broken promise: "repeatable", "no state of its own", "memory", "randomness",
             "legal intents", "local decisions", "local marks" or, where its memories are plain data or it has `state`
             and `restore`, "saving"; the message says what happened.
+
+    Warns:
+        ColonysimWarning: Memories or fields are such that no colony with this policy can be saved.
 
     Example:
         ```python
@@ -125,8 +129,12 @@ def _check_saving(factory: Factory, scenario: Scenario, episodes: int, seed: int
             with make() as colony:
                 colony.step()
                 colony.fork().close()
-        except PluginError:  # its memories are no plain data, or its fields cannot be saved: it takes no part
+        except UnsavableError as error:
+            what = f"a colony with it cannot be saved, forked or resumed: {error}"
+            warnings.warn(what, ColonysimWarning, stacklevel=3)
             return
+        except PluginError as error:
+            raise ConformanceError("saving", str(error)) from error
     same_futures(make, lambda colony, number: colony.fork(number))
 
 
@@ -270,7 +278,7 @@ def _examine(choice: Choice, view: LocalView, world: World) -> None:
             raise wrong("a wait for nodes that do not exist")
     else:
         raise wrong(f"a {type(intent).__name__}, expected a Travel, Push or Wait")
-    lengths = {len(choice.targets), len(choice.boxes), len(choice.probabilities)}
+    lengths = {len(choice.targets), len(choice.boxes or choice.targets), len(choice.probabilities)}
     if len(lengths) > 1:
         raise wrong("targets, boxes and probabilities are not of one length")
     if choice.probabilities and abs(sum(choice.probabilities) - 1.0) > 1e-6:

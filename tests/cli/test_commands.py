@@ -74,7 +74,7 @@ def test_a_run_can_start_from_another_ones_pheromones() -> None:
     colonysim("run", "sanity", "-n", 2, "--out", "first")
     result = colonysim("run", "sanity", "-n", 1, "--from", "first", "--out", "second")
     assert result.exit_code == 0, result.output
-    assert Run.open("second").manifest["options"]["initial"] == "first"
+    assert Run.open("second").manifest["options"]["initial"] == str(Path("first").absolute())
     colonysim("run", "sanity", "-n", 1, "--out", "fresh")
     assert Run.open("second").field("D") != Run.open("fresh").field("D")
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from colonysim.errors import PASSED_ON, ColonysimError, PluginError, told
+from colonysim.errors import PASSED_ON, ColonysimError, PluginError, UnsavableError, told
 from colonysim.pheromones.field import Write
 from colonysim.states import copied, says
 
@@ -118,9 +118,9 @@ class Foreign:
             setattr(twin, name, deepcopy(value, memo))
         return twin
 
-    def _fault(self, why: str, agent: int | None = None) -> PluginError:
+    def _fault(self, why: str, agent: int | None = None, kind: type[PluginError] = PluginError) -> PluginError:
         who = "" if agent is None else f", agent {agent}"
-        return PluginError(f"{self._what} {self.name!r}{who} at {self._rows.now:g} s: {why}")
+        return kind(f"{self._what} {self.name!r}{who} at {self._rows.now:g} s: {why}")
 
     def _call(self, method: str, *arguments: Any, agent: int | None = None) -> Any:
         try:
@@ -145,13 +145,14 @@ class Foreign:
         """Checks that the part can be saved.
 
         Raises:
-            PluginError: It cannot.
+            UnsavableError: It cannot.
         """
         if not self.savable:
-            raise self._fault(
+            why = (
                 f"{type(self._part).__name__} has no methods 'state' and 'restore' of its own, without which a colony "
                 "cannot be saved"
             )
+            raise self._fault(why, kind=UnsavableError)
 
     def _copied(self, method: str, given: Any, agent: int | None = None) -> Any:
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
-from colonysim.errors import PASSED_ON, ColonysimError
+from colonysim.errors import PASSED_ON, ColonysimError, UnsavableError
 from colonysim.policies.decision import Decider, new_decision
 from colonysim.policies.policy import Choice
 from colonysim.simulation.foreign.answers import SHOWN, Foreign, listed, real, truth, whole
@@ -50,7 +50,7 @@ class ForeignPolicy(Foreign, Decider):
             return copied(memory, "its memory")
         except ColonysimError as error:
             why = f"{error}; a policy with other memories needs methods 'state' and 'restore' to be saved"
-            raise self._fault(why, agent) from None
+            raise self._fault(why, agent, UnsavableError) from None
 
     def restore(self, agent: int, state: Any) -> Any:
         """The memory; the policy's method may raise."""
@@ -119,7 +119,7 @@ class ForeignPolicy(Foreign, Decider):
         if node is None or not 0 <= node < self._nodes:
             return None, "there is no such node"
         if not self._leads(agent, node):
-            return None, f"no edge leads there from node {self._world.agent_node[agent]}"
+            return None, self._astray(self._world.agent_node[agent], node)
         if isinstance(intent, Travel):
             return (intent if type(intent.node) is int else Travel(node)), ""
         box, hole = whole(intent.box), whole(intent.hole)
@@ -129,6 +129,13 @@ class ForeignPolicy(Foreign, Decider):
             return None, "there is no such hole"
         plain = type(intent.node) is type(intent.box) is type(intent.hole) is int
         return (intent if plain else Push(box, node, hole)), ""
+
+    def _astray(self, here: int, there: int) -> str:
+        """What to say of a node that no edge leads to."""
+        why, ids = f"no edge leads there from node {here}", self._world.topology.ids
+        if (ids[here], ids[there]) == (here, there):
+            return why
+        return f"{why} (these are indices: in the scenario's file it stands on node {ids[here]} and wants {ids[there]})"
 
     def _wait(self, wait: Wait) -> tuple[Wait | None, str]:
         try:
@@ -152,6 +159,7 @@ class ForeignPolicy(Foreign, Decider):
         try:
             targets, boxes = listed(choice.targets), listed(choice.boxes)
             chances = listed(choice.probabilities)
+            boxes = boxes or [-1] * len(targets)
         except Exception:
             return choice, "expected targets, boxes and probabilities of the choice"
         if not len(targets) == len(boxes) == len(chances):
