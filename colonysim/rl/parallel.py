@@ -81,18 +81,13 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         """
         self.turns.reset(seed)
         self.agents = [name_of(agent) for agent in self.turns.agents]
-        self._seen = {name: self._busy(self.turns.observation(agent)) for name, agent in self._there()}
+        none = self.turns.observer.mask(None)
+        self._seen = {name: _busy(self.turns.observation(self._number[name]), none) for name in self.agents}
         return self._told()
-
-    def _busy(self, told: Observation) -> Observation:
-        """What an agent is told until it has to decide again."""
-        return {**told, "action_mask": self.turns.observer.mask(None)} if isinstance(told, dict) else told
 
     def step(
         self, actions: Mapping[str, Action]
-    ) -> tuple[
-        dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-    ]:
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Has the agents that are asked act, and goes on to the next decision.
 
         Args:
@@ -112,20 +107,18 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
             self.agents = [name for name in self.agents if not (terminated[name] or truncated[name])]
         return observations, rewards, terminated, truncated, infos
 
-    def _there(self) -> list[tuple[str, int]]:
-        return [(name, self._number[name]) for name in self.agents]
-
     def _told(self) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        turns, observer, observations, infos = self.turns, self.turns.observer, {}, {}
-        together, none = turns.together, observer.mask(None)
-        for name, agent in self._there():
+        turns, observer, seen, observations, infos = self.turns, self.turns.observer, self._seen, {}, {}
+        together, ends, none = turns.together, turns.ends, observer.mask(None)
+        for name in self.agents:
+            agent = self._number[name]
             asked = agent in together
-            if asked or agent in turns.ends:
+            if asked or agent in ends:
                 numbers, mask = turns.observe(agent)
                 observations[name] = observer.observation(numbers, mask)
-                self._seen[name] = self._busy(observations[name])
+                seen[name] = _busy(observations[name], none)
             else:
-                observations[name], mask = self._seen[name], none
+                observations[name], mask = seen[name], none
             told = infos[name] = turns.info(agent, turns.begin, mask)
             told["requires_decision"] = asked
         return observations, infos
@@ -151,3 +144,8 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
     def close(self) -> None:
         """Lets go of the colony; may be called at any time, and again."""
         self.turns.close()
+
+
+def _busy(told: Observation, none: NDArray[np.int8]) -> Observation:
+    """What an agent is told until it has to decide again."""
+    return {**told, "action_mask": none} if isinstance(told, dict) else told

@@ -74,6 +74,7 @@ class Turns:
             "timeout" or "interrupted".
         paid: What each agent was paid for the last stretch.
         begin: When the last stretch began, simulated seconds.
+        end: When it ended.
 
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
@@ -119,7 +120,7 @@ class Turns:
         self.agents: list[int] = []
         self.ends: dict[int, str] = {}
         self.paid = [0.0] * count
-        self.begin, self.edge_seconds = 0.0, 1.0
+        self.begin, self.end, self.edge_seconds = 0.0, 0.0, 1.0
         self._there = [False] * count
         self._last, self._why, self._illegal = [""] * count, [""] * count, [False] * count
         self._since, self._until = [0.0] * count, dict[int, float]()
@@ -224,9 +225,13 @@ class Turns:
         try:
             return colony.step()
         except BaseException:
-            self.colony = None
-            self._finish_run("failed")
+            self._fail()
             raise
+
+    def _fail(self) -> None:
+        """Lets go of a colony that has failed."""
+        self.colony = None
+        self._finish_run("failed")
 
     # -- turns ---------------------------------------------------------------------------------------------------------
 
@@ -254,8 +259,8 @@ class Turns:
 
     def decide(self, action: Action) -> None:
         """`answer` without going on."""
-        colony, agent = self._held(), self.asked
-        if agent is None:
+        colony = self._held()
+        if (agent := colony.asked) is None:
             raise ColonysimError("the episode is over: call reset")
         given: Choice | Intent
         if isinstance(action, _INTENTS):
@@ -296,28 +301,36 @@ class Turns:
 
     def _advance(self, events: list[Event]) -> None:
         colony = self._held()
-        while not (events and events[-1].kind == "episode") and (event := self._next(colony)) is not None:
-            events.append(event)
-        self.paid, begun = [0.0] * len(self._there), 0
-        now = self.begin
+        if not (events and events[-1].kind == "episode"):
+            self._gather(colony, events)
+        self.paid, self.end = [0.0] * len(self._there), colony.now
+        begun, now = 0, self.begin
         for number, event in enumerate(events):
-            self._note(event)
-            if event.kind in ENDING:
+            if event.kind == "end":
+                self._last[event.agent], self._why[event.agent] = event.status, event.reason
+            elif event.kind == "start":
+                self._there[event.agent] = True
+            elif event.kind in ENDING:
                 self._pay(events[begun : number + 1], now, event.time)
                 begun, now = number + 1, event.time
                 self._end(event)
-        self._pay(events[begun:], now, colony.now)
+        self._pay(events[begun:], now, self.end)
         if events and events[-1].kind == "episode":
             self._under_way = False
             for agent in self.agents:
-                self._until.setdefault(agent, colony.now)
+                self._until.setdefault(agent, self.end)
                 self.ends.setdefault(agent, events[-1].status)
 
-    def _note(self, event: Event) -> None:
-        if event.kind == "end":
-            self._last[event.agent], self._why[event.agent] = event.status, event.reason
-        elif event.kind == "start":
-            self._there[event.agent] = True
+    def _gather(self, colony: Colony, events: list[Event]) -> None:
+        """Adds what happens up to the next question, or the end of the episode."""
+        try:
+            for event in colony:
+                events.append(event)
+                if event.kind == "episode":
+                    break
+        except BaseException:
+            self._fail()
+            raise
 
     def _end(self, event: Event) -> None:
         """The episode has ended for an agent."""
@@ -330,16 +343,17 @@ class Turns:
         """Pays the agents for a stretch whose end is a decision, or the end of an agent's episode."""
         if end == begin and not events:
             return
-        colony, filled = self._held(), list[int]()
-        if any(event.action == "push" and event.kind == "end" for event in events):
+        colony, filled = self._held(), []
+        if "push" in [event.action for event in events if event.kind == "end"]:
             full = set(colony.world.holes[colony.world.filled].tolist())
             filled, self._full = sorted(full - self._full), full
         stretch = Stretch(
             events, begin, end, self.edge_seconds, len(self.agents), self._arrived, self._there, filled, colony
         )
+        paid, ends = self.paid, self.ends
         for agent, value in enumerate(self.reward(stretch)):
-            if agent not in self.ends:
-                self.paid[agent] += value
+            if agent not in ends:
+                paid[agent] += value
 
     def fork(self, seed: int | None = None) -> Self:
         """Another game in the same state, which goes on by itself and is not recorded; see `Colony.fork`."""
@@ -369,24 +383,23 @@ class Turns:
     def sight(self, agent: int) -> Sight:
         """What an agent sees."""
         if self._seen is None or self._seen[0] != agent:
-            colony = self._held()
-            view = colony.view() if agent == colony.asked else colony.view(agent)
-            self._seen = (agent, self.observer.sight(view))
+            self._seen = (agent, self.observer.sight(self._held().view(agent)))
         return self._seen[1]
 
     def asks(self, agent: int) -> bool:
         """Whether it is an agent's turn."""
-        return agent == self.asked or agent in self.together
+        colony = self.colony
+        return colony is not None and (agent == colony.asked or agent in colony.asked_together)
 
     def observe(self, agent: int) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """The numbers that an agent is told, and the mask of its actions."""
         observer, colony = self.observer, self.colony
         if colony is None or not self._there[agent]:
             return observer.nothing(), observer.mask(None)
-        sight = self.sight(agent)
-        if agent != self.asked:
+        sight, asks = self.sight(agent), self.asks(agent)
+        if agent != colony.asked:
             self._seen = None  # it may change before this agent is asked
-        return observer.numbers(sight), observer.mask(sight if self.asks(agent) else None)
+        return observer.numbers(sight), observer.mask(sight if asks else None)
 
     def observation(self, agent: int) -> Observation:
         """The observation of an agent."""
@@ -406,10 +419,11 @@ class Turns:
             since: The time from which `dt` counts, simulated seconds.
             mask: The mask of its actions.
         """
-        now = self._until.get(agent, 0.0 if self.colony is None else self.colony.now)
+        ended = self.ends.get(agent)
+        now = self.end if ended is None else self._until[agent]
         found = {
-            "t": now, "dt": now - since, "outcome": self._last[agent],
-            "reason": self.ends.get(agent) or self._why[agent], "action_mask": mask,
+            "t": now, "dt": now - since, "outcome": self._last[agent], "reason": ended or self._why[agent],
+            "action_mask": mask,
         }  # fmt: skip
         if self._illegal[agent]:
             found["illegal"] = True
