@@ -13,6 +13,7 @@ from colonysim.errors import ColonysimError
 from colonysim.policies import Choice, Outside
 from colonysim.randomness import Streams
 from colonysim.rl.options import DEFAULTS, WORDS
+from colonysim.rl.picture import picture
 from colonysim.rl.recorded import begin_run
 from colonysim.rl.rewards import KINDS, Stretch, reward_of
 from colonysim.rl.spaces import Observer
@@ -450,6 +451,10 @@ class Turns:
             *(self._at_nodes(colony, name) for name in self.observer.names),
         ]  # fmt: skip
         return np.concatenate([np.asarray(part, np.float32).ravel() for part in parts])
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The colony from above, see `colonysim.rl.picture`."""
+        return picture(self._held())
 
     def _at_nodes(self, colony: Colony, name: str) -> NDArray[np.float32]:
         """The largest value of a field at each node."""
