@@ -66,7 +66,7 @@ def _draw_nodes(
     low, rise = min(ground, default=0.0), max(ground, default=0.0) - min(ground, default=0.0)
     for node, point in points.items():
         if node in holes:
-            canvas.square(point, 0.56 * unit, _FILLED if holes[node] else _HOLE)
+            canvas.square(point, 0.62 * unit, _FILLED if holes[node] else _HOLE)
             continue
         share = (heights[node] - low) / rise if rise > 0.0 else 1.0
         red, green, blue = (_LOW + share * (_HIGH - _LOW)).round().astype(int).tolist()
@@ -82,7 +82,7 @@ def _draw_boxes(canvas: Canvas, colony: Colony, unit: float) -> None:
     at = zip(boxes.node.tolist(), boxes.position.tolist(), strict=True)
     there = [(z >= rims.get(node, -np.inf) - colony.scenario.reach, x, y) for node, (x, y, z) in at if node >= 0]
     for above, x, y in sorted(there):
-        canvas.square((x, y), 0.44 * unit, _BOX if above else _FILLED)
+        canvas.square((x, y), 0.5 * unit, _BOX if above else _FILLED)
 
 
 def _draw_agents(canvas: Canvas, colony: Colony, unit: float) -> None:
@@ -90,5 +90,5 @@ def _draw_agents(canvas: Canvas, colony: Colony, unit: float) -> None:
     agents, asked = colony.agents, colony.asked_together
     for agent, ((x, y, _), status) in enumerate(zip(agents.position.tolist(), agents.status.tolist(), strict=True)):
         if status not in ("goal", "absent"):
-            canvas.disc((x, y), (0.28 if agent in asked else 0.2) * unit, _ASKED if agent in asked else _EDGE)
+            canvas.disc((x, y), (0.24 if agent in asked else 0.2) * unit, _ASKED if agent in asked else _EDGE)
             canvas.disc((x, y), 0.18 * unit, _AGENT if status == "active" else _GONE)

@@ -79,7 +79,7 @@ class Sight:
         moves = self._moves
         each, pushes = moves.each, moves.neighbours * moves.each
         named = len(self.holes) if moves.by_action else 0
-        found = bytearray(moves.count)
+        found = bytearray(moves.moves)
         found[moves.wait] = found[moves.pause] = 1
         for k in range(len(self.neighbours)):
             if self.free[k] and (self.graspable[k] or self.passable[k]):
@@ -88,11 +88,13 @@ class Sight:
             if self.pushable[k]:
                 for action in range(pushes + k * each, pushes + k * each + 1 + named):
                     found[action] = 1
-        return found
+        return found + found if moves.marks else found
 
     def intent(self, action: int) -> Intent | None:
         """What an action would have the agent do, whether or not it can; None if there is no such neighbour or box."""
         view, moves = self._view, self._moves
+        if moves.marks and action >= 0:
+            action %= moves.moves
         if action == moves.wait:
             return Wait(view.around())
         if action == moves.pause:

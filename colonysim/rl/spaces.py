@@ -67,6 +67,7 @@ class Observer:
         boxes: Of the boxes in sight, so many are told of, the nearest first.
         holes: Of the holes in sight, so many, by their numbers.
         by_action: Whether the action says which hole a box is meant for.
+        marks: Whether the action says if the agent leaves a mark.
         neighbours: Tell of so many neighbours, and of exactly so many boxes and holes, whatever the place has, so that
             one network fits many places; None for as many as the place has.
         busy: Whether there is one more action, the last: to do nothing, which is all that agents can do that are not
@@ -85,7 +86,7 @@ class Observer:
     def __init__(
         self, scenario: Scenario, fields: Mapping[str, bool], *, parts: Sequence[str] = PARTS, flat: bool = False,
         boxes: int = 8, holes: int = 8, by_action: bool = False, neighbours: int | None = None,
-        busy: bool = False,
+        marks: bool = False, busy: bool = False,
     ) -> None:  # fmt: skip
         for part in parts:
             if part not in PARTS:
@@ -98,7 +99,7 @@ class Observer:
             raise ColonysimError(
                 f"scenario {scenario.name!r}: a node has {most} neighbours, and observations tell of {neighbours}"
             )
-        self.moves, self.busy = Moves(neighbours, self._holes, by_action), busy
+        self.moves, self.busy = Moves(neighbours, self._holes, by_action, marks), busy
         self.names = tuple(name for name, by_box in fields.items() if not by_box)
         rows = _rows(neighbours, self._boxes, self._holes, len(self.names))
         bounds = {part: np.array((row,) * count, np.float32) for part, (count, row) in rows.items() if part in parts}
@@ -115,7 +116,13 @@ class Observer:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What observations and actions are made of, as `colonysim.rl.save_policy` stores it."""
+        """What observations and actions are made of, as `colonysim.rl.save_policy` stores it.
+
+        Raises:
+            ColonysimError: Actions leave marks, which the policy `learned` cannot.
+        """
+        if self.moves.marks:
+            raise ColonysimError("a policy is saved for a run, and in runs marks are left by rules: deposits='rule'")
         return {
             "parts": [*self._slices], "neighbours": self.moves.neighbours, "boxes": self._boxes, "holes": self._holes,
             "hole": "action" if self.moves.by_action else "rule", "fields": [*self.names],

@@ -96,7 +96,9 @@ class Turns:
         self.scenario, self.options, self.reward = scenario, given, reward_of(given["reward"])
         self._seed, self._runs = as_seed(given["seed"]), 0
         self.seed = self._seed
-        self._keep = given["pheromones"] == "keep"
+        self._keep, self._marks = given["pheromones"] == "keep", given["deposits"] == "action"
+        if given["half_life"] is not None and not self._marks:
+            raise ColonysimError("half_life: only of marks that actions leave: deposits='action'")
         self.episodes = scenario.episodes if self._keep else 1
         self._kinds = None if callable(given["reward"]) else KINDS
         self.colony: Colony | None = None
@@ -109,12 +111,12 @@ class Turns:
         self.observer = Observer(
             scenario, by_box, parts=tuple(given["parts"]), flat=given["flat"], boxes=whole("boxes", given["boxes"], 0),
             holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action",
-            neighbours=None if most is None else whole("neighbours", most), busy=busy,
+            neighbours=None if most is None else whole("neighbours", most), marks=self._marks, busy=busy,
         )  # fmt: skip
         self._clear()
 
     def _policy(self) -> Callable[[Scenario], Outside]:
-        return Outside.over(self.options["policy"])
+        return Outside.over(self.options["policy"], signal=self._marks, half_life=self.options["half_life"])
 
     def _clear(self) -> None:
         count = len(self.scenario.agents)
@@ -265,10 +267,10 @@ class Turns:
             raise ColonysimError("the episode is over: call reset")
         given: Choice | Intent
         if isinstance(action, _INTENTS):
-            given, illegal = action, False
+            given, mark, illegal = action, 0.0, False
         else:
-            given, illegal = self._intent(agent, action)
-        colony.answer(given)
+            given, mark, illegal = self._intent(agent, action)
+        colony.answer(given, mark)
         self._since[agent], self._illegal[agent], self._seen = colony.now, illegal, None
 
     def decide_together(self, actions: Mapping[str, Action]) -> None:
@@ -280,8 +282,8 @@ class Turns:
         for agent in self.together:
             self.decide(actions.get(name_of(agent), self.observer.moves.pause))
 
-    def _intent(self, agent: int, action: Any) -> tuple[Intent, bool]:
-        """What an action means, and whether it is not allowed."""
+    def _intent(self, agent: int, action: Any) -> tuple[Intent, float, bool]:
+        """What an action means, the mark that it leaves, and whether it is not allowed."""
         if not isinstance(action, _NUMBERS) or isinstance(action, bool):
             raise ColonysimError(f"agent {agent}: {action!r} is no action; expected a number, a Choice or an intent")
         number, observer = int(action), self.observer
@@ -291,9 +293,11 @@ class Turns:
         legal = number < observer.moves.count and sight.mask[number] == 1
         if not legal and self.options["illegal"] == "raise":
             raise ColonysimError(f"agent {agent}: action {number} is not allowed now, see the mask of actions")
-        intent = sight.intent(number if legal else observer.moves.pause)
+        if not legal:
+            number = observer.moves.pause
+        intent = sight.intent(number)
         assert intent is not None
-        return intent, not legal
+        return intent, float(number >= observer.moves.moves), not legal
 
     def go_on(self) -> None:
         """Goes on to the next question, or to the end of the episode."""
@@ -376,6 +380,9 @@ class Turns:
 
         Args:
             agent: One of `together`; the one that is asked first if None.
+
+        Raises:
+            PluginError: It goes by marks, and those are not left here (`deposits`).
         """
         return self._held().choice(agent)
 
