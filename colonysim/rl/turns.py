@@ -427,11 +427,10 @@ class Turns:
             since: The time from which `dt` counts, simulated seconds.
             mask: The mask of its actions.
         """
-        ended = self.ends.get(agent)
-        now = self.end if ended is None else self._until[agent]
+        now = self._until.get(agent, self.end)
         found = {
-            "t": now, "dt": now - since, "outcome": self._last[agent], "reason": ended or self._why[agent],
-            "action_mask": mask,
+            "t": now, "dt": now - since, "outcome": self._last[agent],
+            "reason": self.ends.get(agent) or self._why[agent], "action_mask": mask,
         }  # fmt: skip
         if self._illegal[agent]:
             found["illegal"] = True
