@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from colonysim.pheromones.signal import Signal
+from colonysim.pheromones import Signal
 from colonysim.plugins import make_policy
 
 if TYPE_CHECKING:

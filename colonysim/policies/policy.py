@@ -27,7 +27,7 @@ class Choice(NamedTuple):
         boxes: For each of them the box meant, or -1.
         probabilities: For each of them its chance; empty if there was no choice.
         mark: What it wants to leave where its move ends or where it waits, 0 to 1: for fields whose marks are decided
-            on (`colonysim.pheromones.signal`); all others go by rules of their own.
+            on (`colonysim.pheromones.Signal`); all others go by rules of their own.
     """
 
     intent: Intent

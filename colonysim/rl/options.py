@@ -41,7 +41,7 @@ class Options(TypedDict, total=False):
             and `holes` of the others, whatever the place is like, so that one network fits many places.
         deposits: Who says where marks are left: "rule" (the policy's rules), or "action": each action says whether the
             agent leaves a mark where its move ends or where it waits. There is one field then, S, see
-            `colonysim.pheromones.signal`.
+            `colonysim.pheromones.Signal`.
         half_life: Simulated seconds in which marks of actions halve; None (by default) for never.
         hole: Which hole a box is meant for: "rule" (the one in sight for which B is largest), or "action".
         illegal: What an action does that the mask forbids: "wait" (for one edge's time; `infos` say "illegal"), or

@@ -11,7 +11,7 @@ import numpy as np
 import colonysim
 from colonysim import rl
 from colonysim.errors import ColonysimError, PluginError
-from colonysim.pheromones.signal import Signal
+from colonysim.pheromones import Signal
 from colonysim.policies import Choice, Outside
 from colonysim.scenario.loading import scenario_from_document
 from colonysim.testing import check_env
