@@ -1,16 +1,24 @@
-"""Decisions a second of a random policy: by itself, through an AEC environment, and through a parallel one.
+"""Decisions a second of a random policy: natively, through this package's environments, and in those of others.
 
     python benchmarks/environments.py hard --rounds 7
+    pip install mpe2 rware  # the others, which nothing here needs
 
 The policy is `random` natively, and in the environments a choice among the allowed actions, from full observations.
-Times are the processor's; the rounds of the three alternate, and the ratios are the medians of those within a round.
+Of the others all actions are allowed: `simple_spread` of the Multi Particle Environments (`mpe2`), through AEC and
+parallel, and RWARE's `tiny` warehouse (`rware`), which has a parallel form only; each with as many agents as the
+scenario, and for as many steps as it has by default. Those that are not installed are left out and named.
+Times are the processor's; the rounds of all alternate, and the ratios are the medians of those within a round.
 """
 
 import argparse
 import random
 import statistics
 import time
+import warnings
 from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 
 import colonysim
 from colonysim import rl
@@ -77,15 +85,86 @@ def through_parallel(scenario: colonysim.Scenario) -> int:
     return asked
 
 
-def reset_milliseconds(scenario: colonysim.Scenario, times: int = 200) -> float:
-    env = rl.aec(scenario)
-    env.reset(seed=1)
-    began = time.process_time()
-    for _ in range(times):
-        env.reset()
-    took = time.process_time() - began
+def spread_aec(scenario: colonysim.Scenario) -> int:
+    from mpe2 import simple_spread_v3
+
+    env, asked, stream = simple_spread_v3.env(N=len(scenario.agents)), 0, random.Random(1)
+    for episode in range(EPISODES):
+        env.reset(seed=episode)
+        for agent in env.agent_iter():
+            _, _, terminated, truncated, _ = env.last()
+            if terminated or truncated:
+                env.step(None)
+            else:
+                env.step(int(stream.random() * env.action_space(agent).n))
+                asked += 1
     env.close()
-    return 1000.0 * took / times
+    return asked
+
+
+def spread_parallel(scenario: colonysim.Scenario) -> int:
+    from mpe2 import simple_spread_v3
+
+    env, asked, stream = simple_spread_v3.parallel_env(N=len(scenario.agents)), 0, random.Random(1)
+    for episode in range(EPISODES):
+        env.reset(seed=episode)
+        while env.agents:
+            actions = {agent: int(stream.random() * env.action_space(agent).n) for agent in env.agents}
+            asked += len(actions)
+            env.step(actions)
+    env.close()
+    return asked
+
+
+def warehouse(scenario: colonysim.Scenario) -> int:
+    import gymnasium
+    import rware  # noqa: F401  # registers them
+
+    agents, asked, stream = len(scenario.agents), 0, random.Random(1)
+    env = gymnasium.make("rware-tiny-2ag-v2", n_agents=agents, disable_env_checker=True).unwrapped
+    moves = [space.n for space in env.action_space]
+    env.reset(seed=1)
+    over = False
+    while not over:
+        _, _, over, truncated, _ = env.step([int(stream.random() * each) for each in moves])
+        over, asked = over or truncated, asked + agents
+    env.close()
+    return asked
+
+
+OURS = {"native": native, "aec": through_aec, "parallel": through_parallel}
+OTHERS: dict[str, tuple[str, Callable[[colonysim.Scenario], int]]] = {
+    "simple_spread, aec": ("mpe2", spread_aec), "simple_spread, parallel": ("mpe2", spread_parallel),
+    "rware-tiny": ("rware", warehouse),
+}  # fmt: skip
+"""Environments of others, and the package of each."""
+
+
+def installed(scenario: colonysim.Scenario) -> dict[str, Callable[[colonysim.Scenario], int]]:
+    """All that can be timed here, each having run once; the others are told."""
+    plays = dict(OURS)
+    for name, (package, play) in OTHERS.items():
+        try:
+            play(scenario)
+        except ModuleNotFoundError as error:
+            print(f"{name}: left out, {error.name} is not installed (pip install {package})")
+        else:
+            plays[name] = play
+    for play in OURS.values():
+        play(scenario)
+    return plays
+
+
+def reset_milliseconds(scenario: colonysim.Scenario, times: int = 200) -> np.ndarray[Any, Any]:
+    """What a reset takes, each."""
+    env, took = rl.aec(scenario), []
+    env.reset(seed=1)
+    for _ in range(times):
+        began = time.process_time()
+        env.reset()
+        took.append(1000.0 * (time.process_time() - began))
+    env.close()
+    return np.array(took)
 
 
 def main() -> None:
@@ -93,25 +172,25 @@ def main() -> None:
     parser.add_argument("scenario", nargs="?", default="hard")
     parser.add_argument("--rounds", type=int, default=7)
     asked = parser.parse_args()
+    warnings.filterwarnings("ignore", module="gymnasium|pettingzoo")  # what they advise the others of
     scenario = colonysim.load_scenario(asked.scenario)
-    plays: dict[str, Callable[[colonysim.Scenario], int]] = {
-        "native": native, "aec": through_aec, "parallel": through_parallel,
-    }  # fmt: skip
+    plays = installed(scenario)
     speeds: dict[str, list[float]] = {name: [] for name in plays}
-    for play in plays.values():
-        play(scenario)
     for _ in range(asked.rounds):
         for name, play in plays.items():
             began = time.process_time()
             count = play(scenario)
             speeds[name].append(count / (time.process_time() - began))
+    print(f"{scenario.name}, {len(scenario.agents)} agents, {asked.rounds} rounds; decisions a second by the median,")
+    print("and how many times those of the native policy (least to greatest)")
     for name, found in speeds.items():
         ratios = [one / other for one, other in zip(found, speeds["native"], strict=True)]
         print(
-            f"{name:9} {statistics.median(found):8.0f} decisions a second, {statistics.median(ratios):.2f} of native "
+            f"{name:24} {statistics.median(found):8.0f} {statistics.median(ratios):6.2f} "
             f"({min(ratios):.2f} to {max(ratios):.2f})"
         )
-    print(f"reset     {reset_milliseconds(scenario):8.2f} ms")
+    took = reset_milliseconds(scenario)
+    print(f"reset: {np.median(took):.2f} ms by the median of {len(took)}, {np.quantile(took, 0.95):.2f} ms at 95 %")
 
 
 if __name__ == "__main__":

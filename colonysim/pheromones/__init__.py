@@ -5,6 +5,9 @@ from colonysim.pheromones.distance import Distance, extent
 from colonysim.pheromones.exploration import Exploration
 from colonysim.pheromones.field import Field, Visit, Write
 from colonysim.pheromones.hole import HoleTrail
+from colonysim.pheromones.signal import Signal
 from colonysim.pheromones.spreading import NodeValues
 
-__all__ = ["BoxWorth", "Distance", "Exploration", "Field", "HoleTrail", "NodeValues", "Visit", "Write", "extent"]
+__all__ = [
+    "BoxWorth", "Distance", "Exploration", "Field", "HoleTrail", "NodeValues", "Signal", "Visit", "Write", "extent",
+]  # fmt: skip

@@ -7,3 +7,4 @@ cdef class Visit:
     cdef public int agent, node
     cdef public double level
     cdef public int box, hole, left, before
+    cdef public double mark

@@ -25,6 +25,7 @@ class Visit:
         hole: The hole (key) which that box is meant for, else -1.
         left: The node it has just left ("arrive"), else -1.
         before: The node it was on before `left`, else -1.
+        mark: What its decision says that it leaves ("arrive", "wait"), 0 to 1, see `Choice`.
     """
 
     moment: Moment = "start"
@@ -35,6 +36,7 @@ class Visit:
     hole: int = -1
     left: int = -1
     before: int = -1
+    mark: float = 0.0
 
 
 class Write(NamedTuple):

@@ -26,6 +26,7 @@ cdef class Decision:
     cdef public object memory, wait, choice
     cdef public int node, box, hole, count
     cdef public bint explored, idle
+    cdef public double mark
     cdef public Options options
 
     cpdef intent(self, view)

@@ -96,16 +96,17 @@ class Decision:
         count: The number of options; 0 if there was no choice.
         options: The options; the first `count` are valid, until the policy's next decision.
         choice: What a policy of a third party has returned, or None.
+        mark: What it wants to leave, see `Choice`.
     """
 
-    __slots__ = ("box", "choice", "count", "explored", "hole", "idle", "memory", "node", "options", "wait")
+    __slots__ = ("box", "choice", "count", "explored", "hole", "idle", "mark", "memory", "node", "options", "wait")
 
     def __init__(self, memory: Any) -> None:
         self.memory = memory
         self.wait: Wait | None = None
         self.node = self.box = self.hole = -1
         self.explored = self.idle = False
-        self.count = 0
+        self.count, self.mark = 0, 0.0
         self.options: Options | None = None
         self.choice: Choice | None = None
 
@@ -136,7 +137,7 @@ class Decision:
 def new_decision(memory: Any) -> Decision:
     """`Decision(memory)`, a little faster when compiled."""
     decision = Decision.__new__(Decision)
-    decision.memory, decision.count = memory, 0
+    decision.memory, decision.count, decision.mark = memory, 0, 0.0
     decision.explored = decision.idle = False
     decision.wait = decision.options = decision.choice = None
     decision.node = decision.box = decision.hole = -1
@@ -148,6 +149,7 @@ def decision_state(decision: Decision) -> dict[str, Any]:
     wait = decision.wait
     return {
         "node": decision.node, "box": decision.box, "hole": decision.hole, "idle": decision.idle,
+        "mark": decision.mark,
         "wait": None if wait is None else {"nodes": list(wait.nodes), "seconds": wait.seconds, "clear": wait.clear},
     }  # fmt: skip
 
@@ -164,6 +166,7 @@ def decision_of(state: Any, world: World, what: str) -> Decision | None:
     decision = new_decision(None)
     decision.node, decision.box = told.whole("node", -1, nodes - 1), told.whole("box", -1, len(world.box_node) - 1)
     decision.hole, decision.idle = told.whole("hole", -1, len(world.scenario.holes) - 1), told.flag("idle")
+    decision.mark = told.real("mark", 0.0, 1.0)
     if told.take("wait") is not None:
         wait = told.part("wait")
         seconds = None if wait.take("seconds") is None else wait.real("seconds", 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from colonysim.pheromones import Signal
 from colonysim.plugins import make_policy
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ class Outside:
     Args:
         scenario: The scenario.
         policy: That other policy, as for a colony: the scenario's own if None.
+        signal: Whether there is, in place of its pheromones, one field of marks that decisions leave (`Choice.mark`).
+        half_life: Simulated seconds in which those halve; None for never.
 
     Attributes:
         name: As results and traces call it.
@@ -46,20 +49,27 @@ class Outside:
     outside = True
 
     def __init__(
-        self, scenario: Scenario, policy: str | Policy | Callable[[Scenario], Policy] | None = None
-    ) -> None:
+        self, scenario: Scenario, policy: str | Policy | Callable[[Scenario], Policy] | None = None, *,
+        signal: bool = False, half_life: float | None = None,
+    ) -> None:  # fmt: skip
         self._policy: Any = make_policy(policy, scenario)
+        self._signal, self._half_life = signal, half_life
 
     def __repr__(self) -> str:
         return f"<policy {self.name} over {self._policy}>"
 
     @classmethod
-    def over(cls, policy: str | Policy | Callable[[Scenario], Policy] | None) -> Callable[[Scenario], Outside]:
+    def over(
+        cls, policy: str | Policy | Callable[[Scenario], Policy] | None, *, signal: bool = False,
+        half_life: float | None = None,
+    ) -> Callable[[Scenario], Outside]:  # fmt: skip
         """What makes such a policy over another one: to be given to a colony as its policy."""
-        return _Over(policy)
+        return _Over(policy, signal, half_life)
 
     def fields(self, world: World) -> Mapping[str, Field]:
-        """Those of the other policy."""
+        """Those of the other policy, or the signal."""
+        if self._signal:
+            return {Signal.name: Signal(world, half_life=self._half_life)}
         found: Mapping[str, Field] = self._policy.fields(world)
         return found
 
@@ -86,8 +96,10 @@ class Outside:
 class _Over:
     """Makes an `Outside` over a policy."""
 
-    def __init__(self, policy: str | Policy | Callable[[Scenario], Policy] | None) -> None:
-        self.name, self._policy = Outside.name, policy
+    def __init__(
+        self, policy: str | Policy | Callable[[Scenario], Policy] | None, signal: bool, half_life: float | None
+    ) -> None:
+        self.name, self._policy, self._signal, self._half_life = Outside.name, policy, signal, half_life
 
     def __call__(self, scenario: Scenario) -> Outside:
-        return Outside(scenario, self._policy)
+        return Outside(scenario, self._policy, signal=self._signal, half_life=self._half_life)

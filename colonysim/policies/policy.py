@@ -26,6 +26,8 @@ class Choice(NamedTuple):
         targets: The nodes it could choose from.
         boxes: For each of them the box meant, or -1; empty if no box is meant.
         probabilities: For each of them its chance; empty if there was no choice.
+        mark: What it wants to leave where its move ends or where it waits, 0 to 1: for fields whose marks are decided
+            on (`colonysim.pheromones.Signal`); all others go by rules of their own.
     """
 
     intent: Intent
@@ -34,6 +36,7 @@ class Choice(NamedTuple):
     targets: tuple[int, ...] = ()
     boxes: tuple[int, ...] = ()
     probabilities: tuple[float, ...] = ()
+    mark: float = 0.0
 
 
 class Policy(Protocol):

@@ -60,6 +60,7 @@ cdef class LocalView:
     cpdef bint beside(self, int node) except? -1
     cpdef bint sees(self, int node)
     cdef int _look_at(self, int node) except -1
+    cpdef (double, double) position(self, int node) except *
     cpdef bint beside_box(self, int node) except? -1
     @cython.locals(visibility=Visibility)
     cpdef tuple around(self)

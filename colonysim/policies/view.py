@@ -303,7 +303,8 @@ class LocalView:
 
     def _apart(self, i: int, j: int) -> float:
         """How far apart two visible nodes seem to lie, graph units."""
-        (x, y), (east, north) = self.position(i), self.position(j)
+        x, y = self.position(i)
+        east, north = self.position(j)
         return sqrt((x - east) * (x - east) + (y - north) * (y - north))
 
     def _misjudge(self, senses: Senses) -> Visibility:

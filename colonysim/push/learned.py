@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from colonysim.physics.scene import Scene
 from colonysim.physics.shapes import wrap
+from colonysim.physics.traction import WheelSpeeds
 from colonysim.push.choosing import Choose
 from colonysim.push.controls import CONTROL_TICKS, NAMES, Control, control_speeds
 from colonysim.push.driving import BACK_OFF, BACK_SPEED, Part, Pilot
@@ -216,16 +217,19 @@ class ControlLoop:
                 return reason
         return "slow"
 
-    def act(self, control: Control) -> Part:
+    def act(self, control: Control | WheelSpeeds) -> Part:
         """One action: hold a control for T ticks, or until the push is over.
+
+        Args:
+            control: One of the eight, or the wheel speeds themselves, rad/s.
 
         Returns:
             Why the push is over: a fault of the robot or the pilot's `"timeout"`, or a reason of `judging.ending`;
             empty while it goes on.
         """
-        name, reason, held = NAMES[control], "", 0
+        name, reason, held = "wheels" if isinstance(control, WheelSpeeds) else NAMES[control], "", 0
         while held < self._ticks and not reason:
-            speeds = control_speeds(control, self.state)
+            speeds = control if isinstance(control, WheelSpeeds) else control_speeds(control, self.state)
             for _ in range(min(CONTROL_TICKS, self._ticks - held)):
                 self._pilot.note(name, "network")
                 yield speeds

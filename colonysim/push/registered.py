@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-__all__ = ["TERRAINS", "register"]
+__all__ = ["PUSHES", "register"]
 
-TERRAINS = {"Push-v0": "mixed", "Push-flat-v0": "flat", "Push-slope-v0": "slope", "Push-hole-v0": "hole"}
-"""Names, without the namespace, and the terrain of each."""
+PUSHES = {
+    f"Push{place}{kind}-v0": {"terrain": terrain, "controls": controls}
+    for kind, controls in (("", "eight"), ("-wheels", "wheels"))
+    for place, terrain in (("", "mixed"), ("-flat", "flat"), ("-slope", "slope"), ("-hole", "hole"))
+}
+"""Names, without the namespace, and what each is made with."""
 
 
 def register() -> None:
     """Registers `colonysim/Push-v0` and its kinds, unless that was done."""
     from gymnasium.envs import registration
 
-    for name, terrain in TERRAINS.items():
+    for name, made_with in PUSHES.items():
         full = f"colonysim/{name}"
         if full not in registration.registry:
             # Within a plugin's own namespace, which is that of the name, Gymnasium takes the name alone.
@@ -20,5 +24,5 @@ def register() -> None:
             registration.register(
                 id=full if namespace is None else name,
                 entry_point="colonysim.push.training.env:PushEnv",
-                kwargs={"terrain": terrain},
+                kwargs=dict(made_with),
             )

@@ -64,43 +64,55 @@ def _need_extra() -> None:
         raise MissingExtraError(f"learning needs {_missing}: {install_command('rl')}")
 
 
-def aec(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyAEC:
+def aec(
+    scenario: Scenario | str | Path, *, render_mode: str | None = None, **options: Unpack[Options]
+) -> ColonyAEC:
     """A colony as PettingZoo's `AECEnv`: one call for each decision, in simulated time.
 
     Args:
         scenario: The place: a scenario, the path of its file, or the name of one that comes with the package.
+        render_mode: "rgb_array" for `render` to give images, "human" for a window that follows (extra `window`).
         **options: See `Options`.
 
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
+        MissingExtraError: Something is not installed that this needs.
     """
     _need_extra()
-    return ColonyAEC(Turns(scenario, **options))
+    return ColonyAEC(Turns(scenario, **options), render_mode)
 
 
-def parallel(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyParallel:
+def parallel(
+    scenario: Scenario | str | Path, *, render_mode: str | None = None, **options: Unpack[Options]
+) -> ColonyParallel:
     """A colony as PettingZoo's `ParallelEnv`: a step leads to the next decision; the others are busy.
 
     Args:
         scenario: The place.
+        render_mode: "rgb_array" for `render` to give images, "human" for a window that follows (extra `window`).
         **options: See `Options`.
 
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
+        MissingExtraError: Something is not installed that this needs.
     """
     _need_extra()
-    return ColonyParallel(Turns(scenario, busy=True, **options))
+    return ColonyParallel(Turns(scenario, busy=True, **options), render_mode)
 
 
-def multi_agent(scenario: Scenario | str | Path, **options: Unpack[Options]) -> ColonyMultiAgent:
+def multi_agent(
+    scenario: Scenario | str | Path, *, render_mode: str | None = None, **options: Unpack[Options]
+) -> ColonyMultiAgent:
     """A colony by the conventions of RLlib's `MultiAgentEnv`: the dicts hold those who act next.
 
     Args:
         scenario: The place.
+        render_mode: "rgb_array" for `render` to give images, "human" for a window that follows (extra `window`).
         **options: See `Options`.
 
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
+        MissingExtraError: Something is not installed that this needs.
 
     Example:
         ```python
@@ -111,4 +123,4 @@ def multi_agent(scenario: Scenario | str | Path, **options: Unpack[Options]) -> 
         ```
     """
     _need_extra()
-    return ColonyMultiAgent(Turns(scenario, **options))
+    return ColonyMultiAgent(Turns(scenario, **options), render_mode)

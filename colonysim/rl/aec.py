@@ -8,6 +8,8 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import AECEnv
 
+from colonysim.rendering import RENDER_MODES, Rendering
+from colonysim.rl.picture import FPS
 from colonysim.rl.turns import Turns, name_of
 
 if TYPE_CHECKING:
@@ -31,14 +33,17 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
 
     Args:
         turns: The colony as a game of turns.
+        render_mode: "rgb_array" for `render` to give images, "human" for a window that follows (extra `window`).
     """
 
-    metadata: dict[str, Any] = {"name": "colonysim_v0", "render_modes": [], "is_parallelizable": False}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "name": "colonysim_v0", "render_modes": [*RENDER_MODES], "render_fps": FPS, "is_parallelizable": False,
+    }  # fmt: skip
 
-    def __init__(self, turns: Turns) -> None:
+    def __init__(self, turns: Turns, render_mode: str | None = None) -> None:
         super().__init__()
-        self.turns = turns
-        self.render_mode = None
+        self.turns, self.render_mode = turns, render_mode
+        self._rendering = Rendering(render_mode, turns.scenario.name, FPS)
         self.possible_agents = [name_of(agent) for agent in range(len(turns.scenario.agents))]
         self._number = {name: agent for agent, name in enumerate(self.possible_agents)}
         observer, size = turns.observer, (turns.state_size,)
@@ -78,6 +83,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         self.infos: dict[str, dict[str, Any]] = {name: {} for name in self.agents}
         self._skip_agent_selection, self._ended = None, 0
         self._take_over()
+        self._rendering.follow(self.turns.picture)
 
     def step(self, action: Action | None) -> None:
         """Has the agent that is asked act; None for one whose episode is over."""
@@ -88,6 +94,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         self.turns.answer(action)  # type: ignore[arg-type]  # None is refused there
         self._cumulative_rewards[name] = 0.0
         self._take_over()
+        self._rendering.follow(self.turns.picture)
 
     def _take_over(self) -> None:
         """What came of the last stretch, and whose turn it is."""
@@ -129,7 +136,7 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         Args:
             seed: All that is random from now on is drawn anew from it; None for a twin.
         """
-        twin = type(self)(self.turns.fork(seed))
+        twin = type(self)(self.turns.fork(seed), self.render_mode)
         twin.agents, twin._skip_agent_selection = self.agents[:], self._skip_agent_selection
         twin.rewards, twin._cumulative_rewards = dict(self.rewards), dict(self._cumulative_rewards)
         twin.terminations, twin.truncations = dict(self.terminations), dict(self.truncations)
@@ -137,6 +144,15 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         twin.agent_selection, twin._ended = self.agent_selection, self._ended
         return twin
 
+    def render(self) -> NDArray[np.uint8] | None:
+        """The colony from above, shape (height, width, 3); None in a window, and without a render mode.
+
+        Raises:
+            ColonysimError: `reset` has not been called.
+        """
+        return self._rendering.render(self.turns.picture)
+
     def close(self) -> None:
         """Lets go of the colony; may be called at any time, and again."""
         self.turns.close()
+        self._rendering.close()

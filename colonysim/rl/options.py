@@ -39,6 +39,10 @@ class Options(TypedDict, total=False):
         neighbours: None (by default): an observation has as many rows as a node of the place has neighbours at most,
             and none for boxes and holes that the place does not have. A number: so many rows of neighbours, and `boxes`
             and `holes` of the others, whatever the place is like, so that one network fits many places.
+        deposits: Who says where marks are left: "rule" (the policy's rules), or "action": each action says whether the
+            agent leaves a mark where its move ends or where it waits. There is one field then, S, see
+            `colonysim.pheromones.Signal`.
+        half_life: Simulated seconds in which marks of actions halve; None (by default) for never.
         hole: Which hole a box is meant for: "rule" (the one in sight for which B is largest), or "action".
         illegal: What an action does that the mask forbids: "wait" (for one edge's time; `infos` say "illegal"), or
             "raise".
@@ -59,6 +63,8 @@ class Options(TypedDict, total=False):
     boxes: int
     holes: int
     neighbours: int | None
+    deposits: str
+    half_life: float | None
     hole: str
     illegal: str
     trace: str | Path | None
@@ -66,8 +72,11 @@ class Options(TypedDict, total=False):
 
 DEFAULTS = Options(
     variant=None, overrides=None, backend="nodeworld", backend_options=None, policy=None, mode=None, seed=0,
-    pheromones="clear", reward="team_time", parts=PARTS, flat=False, boxes=8, holes=8, neighbours=None, hole="rule",
-    illegal="wait", trace=None,
+    pheromones="clear", reward="team_time", parts=PARTS, flat=False, boxes=8, holes=8, neighbours=None,
+    deposits="rule", half_life=None, hole="rule", illegal="wait", trace=None,
 )  # fmt: skip
-WORDS = {"pheromones": ("clear", "keep"), "hole": ("rule", "action"), "illegal": ("wait", "raise")}
+WORDS = {
+    "pheromones": ("clear", "keep"), "deposits": ("rule", "action"), "hole": ("rule", "action"),
+    "illegal": ("wait", "raise"),
+}  # fmt: skip
 """The words that some options take."""

@@ -9,6 +9,8 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
+from colonysim.rendering import RENDER_MODES, Rendering
+from colonysim.rl.picture import FPS
 from colonysim.rl.turns import Turns, name_of
 
 if TYPE_CHECKING:
@@ -35,14 +37,15 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
 
     Args:
         turns: The colony as a game of turns, `busy`.
+        render_mode: "rgb_array" for `render` to give images, "human" for a window that follows (extra `window`).
     """
 
-    metadata: dict[str, Any] = {"name": "colonysim_parallel_v0", "render_modes": []}  # noqa: RUF012
+    metadata: dict[str, Any] = {"name": "colonysim_parallel_v0", "render_modes": [*RENDER_MODES], "render_fps": FPS}  # noqa: RUF012
 
-    def __init__(self, turns: Turns) -> None:
+    def __init__(self, turns: Turns, render_mode: str | None = None) -> None:
         super().__init__()
-        self.turns = turns
-        self.render_mode = None
+        self.turns, self.render_mode = turns, render_mode
+        self._rendering = Rendering(render_mode, turns.scenario.name, FPS)
         self.possible_agents = [name_of(agent) for agent in range(len(turns.scenario.agents))]
         self._number = {name: agent for agent, name in enumerate(self.possible_agents)}
         observer = turns.observer
@@ -81,18 +84,14 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         """
         self.turns.reset(seed)
         self.agents = [name_of(agent) for agent in self.turns.agents]
-        self._seen = {name: self._busy(self.turns.observation(agent)) for name, agent in self._there()}
+        none = self.turns.observer.mask(None)
+        self._seen = {name: _busy(self.turns.observation(self._number[name]), none) for name in self.agents}
+        self._rendering.follow(self.turns.picture)
         return self._told()
-
-    def _busy(self, told: Observation) -> Observation:
-        """What an agent is told until it has to decide again."""
-        return {**told, "action_mask": self.turns.observer.mask(None)} if isinstance(told, dict) else told
 
     def step(
         self, actions: Mapping[str, Action]
-    ) -> tuple[
-        dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-    ]:
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Has the agents that are asked act, and goes on to the next decision.
 
         Args:
@@ -110,22 +109,21 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
             for name in self.agents:
                 terminated[name], truncated[name] = turns.over(number[name])
             self.agents = [name for name in self.agents if not (terminated[name] or truncated[name])]
+        self._rendering.follow(turns.picture)
         return observations, rewards, terminated, truncated, infos
 
-    def _there(self) -> list[tuple[str, int]]:
-        return [(name, self._number[name]) for name in self.agents]
-
     def _told(self) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        turns, observer, observations, infos = self.turns, self.turns.observer, {}, {}
-        together, none = turns.together, observer.mask(None)
-        for name, agent in self._there():
+        turns, observer, seen, observations, infos = self.turns, self.turns.observer, self._seen, {}, {}
+        together, ends, none = turns.together, turns.ends, observer.mask(None)
+        for name in self.agents:
+            agent = self._number[name]
             asked = agent in together
-            if asked or agent in turns.ends:
+            if asked or agent in ends:
                 numbers, mask = turns.observe(agent)
                 observations[name] = observer.observation(numbers, mask)
-                self._seen[name] = self._busy(observations[name])
+                seen[name] = _busy(observations[name], none)
             else:
-                observations[name], mask = self._seen[name], none
+                observations[name], mask = seen[name], none
             told = infos[name] = turns.info(agent, turns.begin, mask)
             told["requires_decision"] = asked
         return observations, infos
@@ -144,10 +142,24 @@ class ColonyParallel(ParallelEnv):  # type: ignore[misc]
         Args:
             seed: All that is random from now on is drawn anew from it; None for a twin.
         """
-        twin = type(self)(self.turns.fork(seed))
+        twin = type(self)(self.turns.fork(seed), self.render_mode)
         twin.agents, twin._seen = self.agents[:], deepcopy(self._seen)
         return twin
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The colony from above, shape (height, width, 3); None in a window, and without a render mode.
+
+        Raises:
+            ColonysimError: `reset` has not been called.
+        """
+        return self._rendering.render(self.turns.picture)
 
     def close(self) -> None:
         """Lets go of the colony; may be called at any time, and again."""
         self.turns.close()
+        self._rendering.close()
+
+
+def _busy(told: Observation, none: NDArray[np.int8]) -> Observation:
+    """What an agent is told until it has to decide again."""
+    return {**told, "action_mask": none} if isinstance(told, dict) else told

@@ -6,11 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from gymnasium import spaces
 
+from colonysim.rendering import RENDER_MODES, Rendering
+from colonysim.rl.picture import FPS
 from colonysim.rl.turns import Turns, name_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Self
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from colonysim.rl.spaces import Observation
     from colonysim.rl.turns import Action
@@ -26,10 +31,14 @@ class ColonyMultiAgent:
 
     Args:
         turns: The colony as a game of turns.
+        render_mode: "rgb_array" for `render` to give images, "human" for a window that follows (extra `window`).
     """
 
-    def __init__(self, turns: Turns) -> None:
-        self.turns = turns
+    metadata: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": FPS}  # noqa: RUF012
+
+    def __init__(self, turns: Turns, render_mode: str | None = None) -> None:
+        self.turns, self.render_mode = turns, render_mode
+        self._rendering = Rendering(render_mode, turns.scenario.name, FPS)
         self.possible_agents = [name_of(agent) for agent in range(len(turns.scenario.agents))]
         self.agents: list[str] = []
         observer = turns.observer
@@ -67,6 +76,7 @@ class ColonyMultiAgent:
         self.turns.reset(seed)
         self.agents = [name_of(agent) for agent in self.turns.agents]
         self._owed = self.turns.paid[:]
+        self._rendering.follow(self.turns.picture)
         return self._told(self.turns.together)
 
     def step(
@@ -83,6 +93,7 @@ class ColonyMultiAgent:
         turns.decide_together(action_dict)
         before = {name: agent for agent, name in enumerate(self.possible_agents) if name in self.agents}
         turns.go_on()
+        self._rendering.follow(turns.picture)
         for agent in before.values():
             self._owed[agent] += turns.paid[agent]
         ended = [agent for agent in before.values() if agent in turns.ends]
@@ -108,13 +119,19 @@ class ColonyMultiAgent:
 
     def fork(self, seed: int | None = None) -> Self:
         """Another environment in the same state, which goes on by itself; see `Colony.fork`."""
-        twin = type(self)(self.turns.fork(seed))
+        twin = type(self)(self.turns.fork(seed), self.render_mode)
         twin.agents, twin._owed = self.agents[:], self._owed[:]
         return twin
 
-    def render(self) -> None:
-        """Nothing is drawn: leave a run (`trace`) and film it (`colonysim video`)."""
+    def render(self) -> NDArray[np.uint8] | None:
+        """The colony from above, shape (height, width, 3); None in a window, and without a render mode.
+
+        Raises:
+            ColonysimError: `reset` has not been called.
+        """
+        return self._rendering.render(self.turns.picture)
 
     def close(self) -> None:
         """Lets go of the colony; may be called at any time, and again."""
         self.turns.close()
+        self._rendering.close()

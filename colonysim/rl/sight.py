@@ -9,8 +9,10 @@ from colonysim.rl.moves import OUTCOMES
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
-    from array import array
     from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from colonysim.policies.view import FieldWindow, LocalView
     from colonysim.rl.moves import Moves
@@ -27,8 +29,6 @@ UNKNOWN = -1.0
 class Sight:
     """What the agent that is asked sees, and what it can do.
 
-    The methods that begin with `of` write numbers into an array, from an index on.
-
     Args:
         view: The agent's view.
         moves: The actions.
@@ -39,7 +39,7 @@ class Sight:
         neighbours: The nodes next to that.
         holes: The holes in sight that are told of.
         box: The box at hand, which the agent could push, or -1.
-        mask: For each action 1 if the agent can do that now, else 0.
+        mask: For each action a byte: 1 if the agent can do that now, else 0.
     """
 
     def __init__(self, view: LocalView, moves: Moves, most_holes: int) -> None:
@@ -75,11 +75,11 @@ class Sight:
 
     # -- actions -------------------------------------------------------------------------------------------------------
 
-    def _mask(self) -> list[int]:
+    def _mask(self) -> bytearray:
         moves = self._moves
         each, pushes = moves.each, moves.neighbours * moves.each
         named = len(self.holes) if moves.by_action else 0
-        found = [0] * moves.count
+        found = bytearray(moves.moves)
         found[moves.wait] = found[moves.pause] = 1
         for k in range(len(self.neighbours)):
             if self.free[k] and (self.graspable[k] or self.passable[k]):
@@ -88,11 +88,13 @@ class Sight:
             if self.pushable[k]:
                 for action in range(pushes + k * each, pushes + k * each + 1 + named):
                     found[action] = 1
-        return found
+        return found + found if moves.marks else found
 
     def intent(self, action: int) -> Intent | None:
         """What an action would have the agent do, whether or not it can; None if there is no such neighbour or box."""
         view, moves = self._view, self._moves
+        if moves.marks and action >= 0:
+            action %= moves.moves
         if action == moves.wait:
             return Wait(view.around())
         if action == moves.pause:
@@ -121,7 +123,33 @@ class Sight:
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
-    def of_self(self, found: array[float], at: int) -> None:
+    def write(
+        self, parts: Sequence[tuple[str, int]], names: Sequence[str], boxes: int, holes: int, found: NDArray[np.float32]
+    ) -> None:
+        """Writes an observation.
+
+        Args:
+            parts: Its parts, and where in the array each begins.
+            names: The fields whose values at nodes are told.
+            boxes: Of the boxes in sight, so many are told of, the nearest first.
+            holes: For so many holes there is room.
+            found: The array, of zeros.
+        """
+        for part, at in parts:
+            if part == "self":
+                self._of_self(found, at)
+            elif part == "neighbours":
+                self._of_neighbours(found, at)
+            elif part == "pheromones":
+                windows = [self._view.fields[name] for name in names]
+                self._of_pheromones(windows, self.neighbours, found, at)
+                self._of_pheromones(windows, (self.node,), found, at + self._moves.neighbours * len(windows))
+            elif part == "boxes":
+                self._of_boxes(boxes, holes, found, at)
+            else:
+                self._of_holes(found, at)
+
+    def _of_self(self, found: NDArray[np.float32], at: int) -> None:
         """Writes `SELF` numbers of the agent itself."""
         view = self._view
         x, y = view.position(self.node)
@@ -132,7 +160,7 @@ class Sight:
         if outcome:
             found[at + 6 + OUTCOMES.index(outcome)] = 1.0
 
-    def of_neighbours(self, found: array[float], at: int) -> None:
+    def _of_neighbours(self, found: NDArray[np.float32], at: int) -> None:
         """Writes `NEIGHBOUR` numbers of each neighbour."""
         view, asked = self._view, self._view.requested()
         lengths, here = view.lengths, view.position(self.node)
@@ -149,11 +177,9 @@ class Sight:
                     found[at + 10] = view.headroom(hole)
             at += NEIGHBOUR
 
-    def windows(self, names: Sequence[str]) -> list[FieldWindow]:
-        """The readable parts of the fields of these names."""
-        return [self._view.fields[name] for name in names]
-
-    def of_pheromones(self, windows: Sequence[FieldWindow], nodes: Sequence[int], found: array[float], at: int) -> None:
+    def _of_pheromones(
+        self, windows: Sequence[FieldWindow], nodes: Sequence[int], found: NDArray[np.float32], at: int
+    ) -> None:
         """Writes for each node the value of each field; of one that has a value for each hole the largest."""
         for j in nodes:
             for window in windows:
@@ -161,7 +187,7 @@ class Sight:
                 found[at] = max([window.at(j, key) for key in keys]) if keys else window.at(j)
                 at += 1
 
-    def of_boxes(self, most: int, most_holes: int, found: array[float], at: int) -> None:
+    def _of_boxes(self, most: int, most_holes: int, found: NDArray[np.float32], at: int) -> None:
         """Writes of each box in sight, the nearest first, `BOX` numbers and its worth B for each hole in sight."""
         view = self._view
         boxes = view.boxes()
@@ -193,7 +219,7 @@ class Sight:
         targets = self._view.pushes(box)
         return max(self._view.feasible(box, targets), default=0.0) if targets else 0.0
 
-    def of_holes(self, found: array[float], at: int) -> None:
+    def _of_holes(self, found: NDArray[np.float32], at: int) -> None:
         """Writes `HOLE` numbers of each hole in sight, ascending."""
         view = self._view
         if not self.holes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -68,6 +67,7 @@ class Observer:
         boxes: Of the boxes in sight, so many are told of, the nearest first.
         holes: Of the holes in sight, so many, by their numbers.
         by_action: Whether the action says which hole a box is meant for.
+        marks: Whether the action says if the agent leaves a mark.
         neighbours: Tell of so many neighbours, and of exactly so many boxes and holes, whatever the place has, so that
             one network fits many places; None for as many as the place has.
         busy: Whether there is one more action, the last: to do nothing, which is all that agents can do that are not
@@ -86,7 +86,7 @@ class Observer:
     def __init__(
         self, scenario: Scenario, fields: Mapping[str, bool], *, parts: Sequence[str] = PARTS, flat: bool = False,
         boxes: int = 8, holes: int = 8, by_action: bool = False, neighbours: int | None = None,
-        busy: bool = False,
+        marks: bool = False, busy: bool = False,
     ) -> None:  # fmt: skip
         for part in parts:
             if part not in PARTS:
@@ -99,7 +99,7 @@ class Observer:
             raise ColonysimError(
                 f"scenario {scenario.name!r}: a node has {most} neighbours, and observations tell of {neighbours}"
             )
-        self.moves, self.busy = Moves(neighbours, self._holes, by_action), busy
+        self.moves, self.busy = Moves(neighbours, self._holes, by_action, marks), busy
         self.names = tuple(name for name, by_box in fields.items() if not by_box)
         rows = _rows(neighbours, self._boxes, self._holes, len(self.names))
         bounds = {part: np.array((row,) * count, np.float32) for part, (count, row) in rows.items() if part in parts}
@@ -109,12 +109,20 @@ class Observer:
         for part, each in self._bounds.items():
             self._slices[part] = slice(self.size, self.size + each[..., 0].size)
             self.size += each[..., 0].size
-        self._zeros = bytes(4 * self.size)
+        self._begins = [(part, cut.start) for part, cut in self._slices.items()]
+        self._layout = np.dtype([(part, np.float32, self._shapes[part]) for part in self._slices])
+        self._idle, self._rest = bytes(busy), bytearray(self.moves.count) + b"\1" * busy
         self.flat, self.actions = flat, self.moves.count + busy
 
     @property
     def options(self) -> dict[str, Any]:
-        """What observations and actions are made of, as `colonysim.rl.save_policy` stores it."""
+        """What observations and actions are made of, as `colonysim.rl.save_policy` stores it.
+
+        Raises:
+            ColonysimError: Actions leave marks, which the policy `learned` cannot.
+        """
+        if self.moves.marks:
+            raise ColonysimError("a policy is saved for a run, and in runs marks are left by rules: deposits='rule'")
         return {
             "parts": [*self._slices], "neighbours": self.moves.neighbours, "boxes": self._boxes, "holes": self._holes,
             "hole": "action" if self.moves.by_action else "rule", "fields": [*self.names],
@@ -148,37 +156,22 @@ class Observer:
 
     def numbers(self, sight: Sight) -> NDArray[np.float32]:
         """All parts of an observation of what an agent sees, one after the other."""
-        found = array("f", self._zeros)
-        for part, cut in self._slices.items():
-            if part == "self":
-                sight.of_self(found, cut.start)
-            elif part == "neighbours":
-                sight.of_neighbours(found, cut.start)
-            elif part == "pheromones":
-                windows = sight.windows(self.names)
-                sight.of_pheromones(windows, sight.neighbours, found, cut.start)
-                sight.of_pheromones(windows, (sight.node,), found, cut.stop - len(windows))
-            elif part == "boxes":
-                sight.of_boxes(self._boxes, self._holes, found, cut.start)
-            else:
-                sight.of_holes(found, cut.start)
-        return np.frombuffer(found, np.float32)
+        found = np.zeros(self.size, np.float32)
+        sight.write(self._begins, self.names, self._boxes, self._holes, found)
+        return found
 
     def mask(self, sight: Sight | None) -> NDArray[np.int8]:
         """For each action whether the agent can do that; without a sight it can do nothing."""
         if sight is None:
-            found = np.zeros(self.actions, np.int8)
-            found[-1] = self.busy
-            return found
-        return np.frombuffer(bytearray(sight.mask + [0] * self.busy), np.int8)
+            return np.frombuffer(self._rest[:], np.int8)
+        return np.frombuffer(sight.mask + self._idle, np.int8)
 
     def observation(self, numbers: NDArray[np.float32], mask: NDArray[np.int8]) -> Observation:
         """The observation of such numbers."""
         if self.flat:
             return numbers
-        found: dict[str, NDArray[Any]] = {
-            part: numbers[cut].reshape(self._shapes[part]) for part, cut in self._slices.items()
-        }
+        rows = np.ndarray((), self._layout, numbers)  # a structure, whose fields are parts of the same memory
+        found: dict[str, NDArray[Any]] = {part: rows[part] for part in self._slices}
         found["action_mask"] = mask
         return found
 

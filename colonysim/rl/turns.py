@@ -13,6 +13,7 @@ from colonysim.errors import ColonysimError
 from colonysim.policies import Choice, Outside
 from colonysim.randomness import Streams
 from colonysim.rl.options import DEFAULTS, WORDS
+from colonysim.rl.picture import picture
 from colonysim.rl.recorded import begin_run
 from colonysim.rl.rewards import KINDS, Stretch, reward_of
 from colonysim.rl.spaces import Observer
@@ -74,6 +75,7 @@ class Turns:
             "timeout" or "interrupted".
         paid: What each agent was paid for the last stretch.
         begin: When the last stretch began, simulated seconds.
+        end: When it ended.
 
     Raises:
         ColonysimError: Something that is asked for does not exist or does not fit.
@@ -94,7 +96,9 @@ class Turns:
         self.scenario, self.options, self.reward = scenario, given, reward_of(given["reward"])
         self._seed, self._runs = as_seed(given["seed"]), 0
         self.seed = self._seed
-        self._keep = given["pheromones"] == "keep"
+        self._keep, self._marks = given["pheromones"] == "keep", given["deposits"] == "action"
+        if given["half_life"] is not None and not self._marks:
+            raise ColonysimError("half_life: only of marks that actions leave: deposits='action'")
         self.episodes = scenario.episodes if self._keep else 1
         self._kinds = None if callable(given["reward"]) else KINDS
         self.colony: Colony | None = None
@@ -107,19 +111,19 @@ class Turns:
         self.observer = Observer(
             scenario, by_box, parts=tuple(given["parts"]), flat=given["flat"], boxes=whole("boxes", given["boxes"], 0),
             holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action",
-            neighbours=None if most is None else whole("neighbours", most), busy=busy,
+            neighbours=None if most is None else whole("neighbours", most), marks=self._marks, busy=busy,
         )  # fmt: skip
         self._clear()
 
     def _policy(self) -> Callable[[Scenario], Outside]:
-        return Outside.over(self.options["policy"])
+        return Outside.over(self.options["policy"], signal=self._marks, half_life=self.options["half_life"])
 
     def _clear(self) -> None:
         count = len(self.scenario.agents)
         self.agents: list[int] = []
         self.ends: dict[int, str] = {}
         self.paid = [0.0] * count
-        self.begin, self.edge_seconds = 0.0, 1.0
+        self.begin, self.end, self.edge_seconds = 0.0, 0.0, 1.0
         self._there = [False] * count
         self._last, self._why, self._illegal = [""] * count, [""] * count, [False] * count
         self._since, self._until = [0.0] * count, dict[int, float]()
@@ -224,9 +228,13 @@ class Turns:
         try:
             return colony.step()
         except BaseException:
-            self.colony = None
-            self._finish_run("failed")
+            self._fail()
             raise
+
+    def _fail(self) -> None:
+        """Lets go of a colony that has failed."""
+        self.colony = None
+        self._finish_run("failed")
 
     # -- turns ---------------------------------------------------------------------------------------------------------
 
@@ -254,15 +262,15 @@ class Turns:
 
     def decide(self, action: Action) -> None:
         """`answer` without going on."""
-        colony, agent = self._held(), self.asked
-        if agent is None:
+        colony = self._held()
+        if (agent := colony.asked) is None:
             raise ColonysimError("the episode is over: call reset")
         given: Choice | Intent
         if isinstance(action, _INTENTS):
-            given, illegal = action, False
+            given, mark, illegal = action, 0.0, False
         else:
-            given, illegal = self._intent(agent, action)
-        colony.answer(given)
+            given, mark, illegal = self._intent(agent, action)
+        colony.answer(given, mark)
         self._since[agent], self._illegal[agent], self._seen = colony.now, illegal, None
 
     def decide_together(self, actions: Mapping[str, Action]) -> None:
@@ -274,8 +282,8 @@ class Turns:
         for agent in self.together:
             self.decide(actions.get(name_of(agent), self.observer.moves.pause))
 
-    def _intent(self, agent: int, action: Any) -> tuple[Intent, bool]:
-        """What an action means, and whether it is not allowed."""
+    def _intent(self, agent: int, action: Any) -> tuple[Intent, float, bool]:
+        """What an action means, the mark that it leaves, and whether it is not allowed."""
         if not isinstance(action, _NUMBERS) or isinstance(action, bool):
             raise ColonysimError(f"agent {agent}: {action!r} is no action; expected a number, a Choice or an intent")
         number, observer = int(action), self.observer
@@ -285,9 +293,11 @@ class Turns:
         legal = number < observer.moves.count and sight.mask[number] == 1
         if not legal and self.options["illegal"] == "raise":
             raise ColonysimError(f"agent {agent}: action {number} is not allowed now, see the mask of actions")
-        intent = sight.intent(number if legal else observer.moves.pause)
+        if not legal:
+            number = observer.moves.pause
+        intent = sight.intent(number)
         assert intent is not None
-        return intent, not legal
+        return intent, float(number >= observer.moves.moves), not legal
 
     def go_on(self) -> None:
         """Goes on to the next question, or to the end of the episode."""
@@ -296,28 +306,36 @@ class Turns:
 
     def _advance(self, events: list[Event]) -> None:
         colony = self._held()
-        while not (events and events[-1].kind == "episode") and (event := self._next(colony)) is not None:
-            events.append(event)
-        self.paid, begun = [0.0] * len(self._there), 0
-        now = self.begin
+        if not (events and events[-1].kind == "episode"):
+            self._gather(colony, events)
+        self.paid, self.end = [0.0] * len(self._there), colony.now
+        begun, now = 0, self.begin
         for number, event in enumerate(events):
-            self._note(event)
-            if event.kind in ENDING:
+            if event.kind == "end":
+                self._last[event.agent], self._why[event.agent] = event.status, event.reason
+            elif event.kind == "start":
+                self._there[event.agent] = True
+            elif event.kind in ENDING:
                 self._pay(events[begun : number + 1], now, event.time)
                 begun, now = number + 1, event.time
                 self._end(event)
-        self._pay(events[begun:], now, colony.now)
+        self._pay(events[begun:], now, self.end)
         if events and events[-1].kind == "episode":
             self._under_way = False
             for agent in self.agents:
-                self._until.setdefault(agent, colony.now)
+                self._until.setdefault(agent, self.end)
                 self.ends.setdefault(agent, events[-1].status)
 
-    def _note(self, event: Event) -> None:
-        if event.kind == "end":
-            self._last[event.agent], self._why[event.agent] = event.status, event.reason
-        elif event.kind == "start":
-            self._there[event.agent] = True
+    def _gather(self, colony: Colony, events: list[Event]) -> None:
+        """Adds what happens up to the next question, or the end of the episode."""
+        try:
+            for event in colony:
+                events.append(event)
+                if event.kind == "episode":
+                    break
+        except BaseException:
+            self._fail()
+            raise
 
     def _end(self, event: Event) -> None:
         """The episode has ended for an agent."""
@@ -330,16 +348,17 @@ class Turns:
         """Pays the agents for a stretch whose end is a decision, or the end of an agent's episode."""
         if end == begin and not events:
             return
-        colony, filled = self._held(), list[int]()
-        if any(event.action == "push" and event.kind == "end" for event in events):
+        colony, filled = self._held(), []
+        if "push" in [event.action for event in events if event.kind == "end"]:
             full = set(colony.world.holes[colony.world.filled].tolist())
             filled, self._full = sorted(full - self._full), full
         stretch = Stretch(
             events, begin, end, self.edge_seconds, len(self.agents), self._arrived, self._there, filled, colony
         )
+        paid, ends = self.paid, self.ends
         for agent, value in enumerate(self.reward(stretch)):
-            if agent not in self.ends:
-                self.paid[agent] += value
+            if agent not in ends:
+                paid[agent] += value
 
     def fork(self, seed: int | None = None) -> Self:
         """Another game in the same state, which goes on by itself and is not recorded; see `Colony.fork`."""
@@ -361,6 +380,9 @@ class Turns:
 
         Args:
             agent: One of `together`; the one that is asked first if None.
+
+        Raises:
+            PluginError: It goes by marks, and those are not left here (`deposits`).
         """
         return self._held().choice(agent)
 
@@ -369,24 +391,23 @@ class Turns:
     def sight(self, agent: int) -> Sight:
         """What an agent sees."""
         if self._seen is None or self._seen[0] != agent:
-            colony = self._held()
-            view = colony.view() if agent == colony.asked else colony.view(agent)
-            self._seen = (agent, self.observer.sight(view))
+            self._seen = (agent, self.observer.sight(self._held().view(agent)))
         return self._seen[1]
 
     def asks(self, agent: int) -> bool:
         """Whether it is an agent's turn."""
-        return agent == self.asked or agent in self.together
+        colony = self.colony
+        return colony is not None and (agent == colony.asked or agent in colony.asked_together)
 
     def observe(self, agent: int) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """The numbers that an agent is told, and the mask of its actions."""
         observer, colony = self.observer, self.colony
         if colony is None or not self._there[agent]:
             return observer.nothing(), observer.mask(None)
-        sight = self.sight(agent)
-        if agent != self.asked:
+        sight, asks = self.sight(agent), self.asks(agent)
+        if agent != colony.asked:
             self._seen = None  # it may change before this agent is asked
-        return observer.numbers(sight), observer.mask(sight if self.asks(agent) else None)
+        return observer.numbers(sight), observer.mask(sight if asks else None)
 
     def observation(self, agent: int) -> Observation:
         """The observation of an agent."""
@@ -406,7 +427,7 @@ class Turns:
             since: The time from which `dt` counts, simulated seconds.
             mask: The mask of its actions.
         """
-        now = self._until.get(agent, 0.0 if self.colony is None else self.colony.now)
+        now = self._until.get(agent, self.end)
         found = {
             "t": now, "dt": now - since, "outcome": self._last[agent],
             "reason": self.ends.get(agent) or self._why[agent], "action_mask": mask,
@@ -436,6 +457,10 @@ class Turns:
             *(self._at_nodes(colony, name) for name in self.observer.names),
         ]  # fmt: skip
         return np.concatenate([np.asarray(part, np.float32).ravel() for part in parts])
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The colony from above, see `colonysim.rl.picture`."""
+        return picture(self._held())
 
     def _at_nodes(self, colony: Colony, name: str) -> NDArray[np.float32]:
         """The largest value of a field at each node."""

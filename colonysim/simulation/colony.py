@@ -411,18 +411,19 @@ class Colony:
             episode.views[agent], episode.memories[agent], episode.random[agent]
         )
 
-    def answer(self, given: Choice | Intent) -> None:
+    def answer(self, given: Choice | Intent, mark: float = 0.0) -> None:
         """Has the agent that is asked do something, after which the colony can go on.
 
         Args:
             given: What it wants to do; as a `Choice` with what it will remember and what the trace shows of the choice.
+            mark: With an intent, what it wants to leave, see `Choice.mark`.
 
         Raises:
             ColonysimError: Nobody is asked.
             PluginError: It speaks of what does not exist. The agent is still asked.
         """
         agent, episode = self._whom(), self._episode
-        choice = given if isinstance(given, Choice) else Choice(given, episode.memories[agent])
+        choice = given if isinstance(given, Choice) else Choice(given, episode.memories[agent], mark=mark)
         decision = cast("ForeignPolicy", self._policy).taken(agent, choice)
         try:
             self._course.note(self, agent, decision)

@@ -44,7 +44,7 @@ cdef class Episode:
     cdef public int asked
     cdef readonly unsigned char[::1] doing, expires
     cdef readonly int[::1] asks, target, box, hole, ends_at, short_waits, spins
-    cdef readonly double[::1] began, since
+    cdef readonly double[::1] began, since, leaves
     cdef public double[::1] still_until
     cdef public object faults
     cdef public bint alike, stops, loses, breaks

@@ -132,6 +132,7 @@ class Episode:
         self.short_waits, self.spins = array("i", [0]) * agents, array("i", [0]) * agents
         self.expires = bytearray(agents)
         self.asks = array("i", [-1]) * agents  # the node that each asks to be cleared
+        self.leaves = array("d", [0.0]) * agents  # what each has decided to leave
         self.still_until = array("d", [0.0]) * agents  # until when each stands still once its move has ended
         self.random: list[Stream] = []
         self.visit, self.slice = Visit(), MOST
@@ -178,7 +179,7 @@ class Episode:
         for agent in range(len(views)):
             self.steps[agent] = self.short_waits[agent] = self.spins[agent] = 0
             self.since[agent], self.doing[agent], self.outcomes[agent] = -1.0, RESTING, None
-            self.expires[agent], self.asks[agent], self.still_until[agent] = 0, -1, 0.0
+            self.expires[agent], self.asks[agent], self.still_until[agent], self.leaves[agent] = 0, -1, 0.0, 0.0
         self.now = self.due = self.last_outcome = 0.0
         # Agents that act, and that stand still; alarms that will come; waits under way that end at a time of their own.
         self.stuck, self.over, self.acting, self.standing, self.armed, self.timed = False, False, 0, 0, 0, 0
@@ -497,7 +498,7 @@ class Episode:
     def _note(self, agent: int, decision: Decision) -> None:
         """Keeps what an agent remembers, and for the trace what it could choose from."""
         view, rows = self.views[agent], self.rows
-        self.memories[agent] = decision.memory
+        self.memories[agent], self.leaves[agent] = decision.memory, decision.mark
         if view._overlooked and decision.node < 0:
             self._look_again(view, decision)
         if view._senses is not None:
@@ -750,7 +751,7 @@ class Episode:
         world, visit, rows = self.world, self.visit, self.rows
         visit.moment, visit.agent, visit.node = moment, agent, world.agent_node[agent]
         visit.level = world.level(agent)
-        visit.box, visit.hole, visit.left, visit.before = box, hole, left, before
+        visit.box, visit.hole, visit.left, visit.before, visit.mark = box, hole, left, before, self.leaves[agent]
         some = self._left(agent) if self.loses else self.marks
         for marks in some:
             count = marks.mark(visit)

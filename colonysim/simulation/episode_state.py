@@ -25,7 +25,7 @@ GENERATOR, WORDS = 3, 625
 _COLUMNS = {
     "steps": ("q", 0), "since": ("d", -1.0), "short_waits": ("i", 0), "spins": ("i", 0), "target": ("i", -1),
     "box": ("i", -1), "hole": ("i", -1), "ends_at": ("i", -1), "asks": ("i", -1), "began": ("d", 0.0),
-    "still_until": ("d", 0.0),
+    "still_until": ("d", 0.0), "leaves": ("d", 0.0),
 }  # fmt: skip
 """What an episode has one number of for each agent: its type and its least value."""
 

@@ -7,6 +7,7 @@ import sys
 import tomllib
 import warnings
 from importlib.metadata import EntryPoint
+from importlib.util import find_spec
 from pathlib import Path
 
 import gymnasium
@@ -15,20 +16,28 @@ import pytest
 from gymnasium.envs import registration
 from gymnasium.utils.env_checker import check_env
 
-from colonysim.push.registered import TERRAINS, register
+from colonysim.errors import ColonysimError
+from colonysim.physics.shapes import wrap
+from colonysim.push.registered import PUSHES, register
 from colonysim.push.training.env import PushEnv
 
 register()
 pytestmark = pytest.mark.usefixtures("engine")
 
 
-@pytest.mark.parametrize(("name", "terrain"), TERRAINS.items())
-def test_gymnasium_makes_and_checks_each(name: str, terrain: str) -> None:
+EXPECTED = ".*not within the observation space|.*from the original environment|.*symmetric and normalized"
+"""What the checkers advise of: a start is none of the space's corners, and wheels turn at up to 8 rad/s."""
+
+
+@pytest.mark.parametrize("name", PUSHES)
+def test_gymnasium_makes_and_checks_each(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    terrain = PUSHES[name]["terrain"]
     env = gymnasium.make(f"colonysim/{name}", render_mode="rgb_array")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", message=".*not within the observation space|.*from the original environment")
-        check_env(env.unwrapped)
+        warnings.filterwarnings("ignore", message=EXPECTED)
+        check_env(env.unwrapped, skip_render_check=find_spec("pygame") is None)  # it opens a window
     _, info = env.reset(seed=1)
     assert terrain in ("mixed", info["terrain"])
     env.close()
@@ -56,17 +65,64 @@ def test_images_show_the_push(terrain: str) -> None:
     assert after is not None and (before != after).any()
     env.close()
     assert PushEnv(terrain).render() is None
-    with pytest.raises(ValueError, match="no render mode 'human'"):
-        PushEnv(terrain, render_mode="human")
+    with pytest.raises(ColonysimError, match="no render mode 'humans'; did you mean 'human'"):
+        PushEnv(terrain, render_mode="humans")
 
 
-def test_vectorised() -> None:
-    envs = gymnasium.make_vec("colonysim/Push-flat-v0", num_envs=2, vectorization_mode="sync")
+def test_a_window_follows_the_push(monkeypatch: pytest.MonkeyPatch) -> None:
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env, images = PushEnv("flat", render_mode="human"), PushEnv("flat", render_mode="rgb_array")
+    for each in (env, images):
+        each.reset(seed=3)
+        each.step(np.int64(7))
+    assert env.render() is None
+    shown, image = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1), images.render()
+    assert image is not None and (shown == image).all()
+    env.close()
+    assert not pygame.display.get_init()
+    images.close()
+
+
+@pytest.mark.parametrize(("name", "actions"), [("Push-flat-v0", [1, 2]), ("Push-flat-wheels-v0", [[8, 8], [-8, 8]])])
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_vectorised(name: str, actions: list[object], mode: str) -> None:
+    envs = gymnasium.make_vec(f"colonysim/{name}", num_envs=2, vectorization_mode=mode)
     observations, _ = envs.reset(seed=5)
     assert observations.shape == (2, 9)
-    observations, rewards, *_ = envs.step(np.array([1, 2]))
+    observations, rewards, *_ = envs.step(np.array(actions, envs.action_space.dtype))
     assert observations.shape == (2, 9) and rewards.shape == (2,)
     envs.close()
+
+
+def test_wheels_turn_as_they_are_told() -> None:
+    env = gymnasium.make("colonysim/Push-flat-v0", controls="wheels")
+    fastest = env.action_space.high.tolist()
+    assert fastest == [8.0, 8.0] and env.action_space.low.tolist() == [-8.0, -8.0]
+
+    def scene_after(*speeds: tuple[float, float]) -> tuple[float, float, float]:
+        env.reset(seed=4)
+        robot = env.unwrapped._episode.scene.robot(0)
+        before = robot.x, robot.y, robot.yaw
+        for pair in speeds:
+            *_, info = env.step(np.array(pair, np.float32))
+            assert info["ticks"] == 12
+        robot = env.unwrapped._episode.scene.robot(0)
+        ahead = (robot.x - before[0]) * np.cos(before[2]) + (robot.y - before[1]) * np.sin(before[2])
+        away = np.hypot(robot.x - before[0], robot.y - before[1])
+        return float(ahead), float(away), float(wrap(robot.yaw - before[2]))
+
+    ahead, away, turn = scene_after((-4.0, -4.0), (-4.0, -4.0))
+    assert ahead < -0.05 and away == pytest.approx(-ahead, abs=0.02) and abs(turn) < 0.05
+    ahead, away, turn = scene_after((-3.0, 3.0), (-3.0, 3.0))  # counterclockwise
+    assert turn > 0.2 and away < 0.1
+    assert scene_after((3.0, -3.0), (3.0, -3.0))[2] < -0.2
+    assert scene_after((-40.0, -40.0)) == scene_after((-8.0, -8.0))  # a motor's fastest
+    with pytest.raises(ValueError, match="finite"):
+        scene_after((np.nan, 0.0))
+    with pytest.raises(ValueError, match="no controls 'wheel'; there are eight and wheels"):
+        PushEnv("flat", controls="wheel")
+    env.close()
 
 
 def test_gymnasium_finds_them_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,7 +131,7 @@ def test_gymnasium_finds_them_by_itself(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(registration, "registry", {})
     with registration.namespace(space):  # as Gymnasium does with what is installed under that entry point
         EntryPoint(space, place, "gymnasium.envs").load()()
-    assert set(registration.registry) == {f"colonysim/{name}" for name in TERRAINS}
+    assert set(registration.registry) == {f"colonysim/{name}" for name in PUSHES}
 
 
 def test_to_register_loads_no_engine() -> None:
@@ -86,10 +142,12 @@ def test_to_register_loads_no_engine() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_the_checker_of_stable_baselines_passes() -> None:
+@pytest.mark.parametrize("name", ["Push-v0", "Push-wheels-v0"])
+def test_the_checker_of_stable_baselines_passes(name: str) -> None:
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
-    env = gymnasium.make("colonysim/Push-v0")
+    env = gymnasium.make(f"colonysim/{name}")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", message=EXPECTED)
         checker.check_env(env)
     env.close()

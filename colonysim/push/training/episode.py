@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from colonysim.physics import WheelSpeeds
 from colonysim.push.choosing import Choose
 from colonysim.push.controls import Control
 from colonysim.push.driving import Pilot
@@ -22,7 +23,7 @@ class Step:
     """What one action led to.
 
     Attributes:
-        control: The control that was held.
+        control: Number of the control that was held, -1 for wheel speeds.
         state: The state after it; of a box in a pit, before it has come to rest.
         reward: What it was worth.
         verdict: `"success"` or `"failure"`, which end the episode, or None.
@@ -32,7 +33,7 @@ class Step:
         ticks: Control ticks that the action took; fewer than T when the episode ended within it.
     """
 
-    control: Control
+    control: int
     state: State
     reward: float
     verdict: Verdict | None
@@ -79,8 +80,8 @@ class Episode:
             over = step.over
             yield step
 
-    def step(self, control: Control) -> Step:
-        """Hold one control for T ticks, or until the episode ends."""
+    def step(self, control: Control | WheelSpeeds) -> Step:
+        """Hold one control, or wheel speeds (rad/s), for T ticks, or until the episode ends."""
         scene, rules, task = self.scene, self.rules, self.start.task
         before, begun = self.state, scene.ticks
         reason = run_alone(scene, 0, self._loop.act(control))
@@ -93,7 +94,7 @@ class Episode:
             verdict = "success" if reason == "done" else "failure"
         truncated = verdict is None and self.steps >= rules.step_limit(task.kind)
         return Step(
-            control,
+            -1 if isinstance(control, WheelSpeeds) else control,
             self.state,
             reward(rules, before, self.state, verdict),
             verdict,

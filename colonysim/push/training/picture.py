@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
-import numpy as np
+from colonysim.canvas import Canvas
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
+    from colonysim.canvas import Colour
     from colonysim.physics.scene import Scene
     from colonysim.push.task import PushTask
 
@@ -21,7 +23,6 @@ SIZE = 360
 """Pixels of a side."""
 _SPAN = 7.0
 """Metres of a side; the middle lies halfway between the start of the push line and its goal."""
-Colour: TypeAlias = tuple[int, int, int]
 _BARE, _LOW, _HIGH = (255, 255, 255), (199, 194, 181), (242, 240, 232)
 """What no ground is; the lowest and the highest ground."""
 _PIT, _BOX, _SEATED, _ROBOT, _NOSE, _GOAL, _LINE = (
@@ -29,32 +30,6 @@ _PIT, _BOX, _SEATED, _ROBOT, _NOSE, _GOAL, _LINE = (
 )  # fmt: skip
 _STRIPS = 16
 """A ramp is drawn in so many strips, the lighter the higher."""
-
-
-class _Canvas:
-    """An image on which convex polygons are filled.
-
-    Args:
-        centre: What lies in its middle, metres.
-    """
-
-    def __init__(self, centre: tuple[float, float]) -> None:
-        self.image = np.full((SIZE, SIZE, 3), _BARE, np.uint8)
-        steps = (np.arange(SIZE) + 0.5) / SIZE - 0.5
-        self._x, self._y = centre[0] + _SPAN * steps[None, :], centre[1] - _SPAN * steps[:, None]
-
-    def fill(self, corners: Iterable[tuple[float, float]], colour: Colour) -> None:
-        """Fills a convex polygon, given counterclockwise, metres."""
-        points = [*corners]
-        inside = np.ones((SIZE, SIZE), bool)
-        for (x0, y0), (x1, y1) in zip(points, points[1:] + points[:1], strict=True):
-            inside &= (x1 - x0) * (self._y - y0) - (y1 - y0) * (self._x - x0) >= 0.0
-        self.image[inside] = colour
-
-    def ring(self, centre: tuple[float, float], radius: float, width: float, colour: Colour) -> None:
-        """Draws a circle, metres."""
-        away = np.hypot(self._x - centre[0], self._y - centre[1])
-        self.image[np.abs(away - radius) <= width / 2] = colour
 
 
 def _placed(corners: Sequence[tuple[float, float]], x: float, y: float, yaw: float) -> list[tuple[float, float]]:
@@ -78,7 +53,8 @@ def picture(scene: Scene, task: PushTask) -> NDArray[np.uint8]:
         Red, green and blue of each pixel; shape (`SIZE`, `SIZE`, 3).
     """
     terrain = scene.terrain
-    canvas = _Canvas(((task.start[0] + task.goal[0]) / 2, (task.start[1] + task.goal[1]) / 2))
+    middle = (task.start[0] + task.goal[0]) / 2, (task.start[1] + task.goal[1]) / 2
+    canvas = Canvas(middle, _SPAN / SIZE, SIZE, SIZE, _BARE)
     heights = [ground.z for ground in terrain.grounds] + [z for ramp in terrain.ramps for z in (ramp.z0, ramp.z1)]
     low, rise = min(heights), max(heights) - min(heights)
 
@@ -103,7 +79,6 @@ def picture(scene: Scene, task: PushTask) -> NDArray[np.uint8]:
             canvas.fill(shape, colour(ramp.z0 + share * (ramp.z1 - ramp.z0)))
     for pit in terrain.pits:
         canvas.fill(_placed(_rectangle(pit.side, pit.side), pit.x, pit.y, pit.yaw), _PIT)
-    middle = (task.start[0] + task.goal[0]) / 2, (task.start[1] + task.goal[1]) / 2
     canvas.fill(_placed(_rectangle(task.length, 0.04), *middle, task.line), _LINE)
     box, robot, model = scene.box(0), scene.robot(0), scene.models[0]
     side, height = scene.boxes[0].length, scene.boxes[0].height
@@ -113,5 +88,5 @@ def picture(scene: Scene, task: PushTask) -> NDArray[np.uint8]:
     ahead = 0.3 * model.length
     nose = robot.x + ahead * math.cos(robot.yaw), robot.y + ahead * math.sin(robot.yaw)
     canvas.fill(_placed(_rectangle(0.4 * model.length, 0.08), *nose, robot.yaw), _NOSE)
-    canvas.ring(task.goal, 0.4, 0.07, _GOAL)
+    canvas.ring(task.goal, 0.365, 0.435, _GOAL)
     return canvas.image

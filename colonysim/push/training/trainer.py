@@ -269,7 +269,7 @@ class _Run:
         for step in episode.play(lambda state: self._explore(state, rng)):
             following = encode(config.inputs, step.state)
             steps.add(
-                encoded, int(step.control), step.reward, following,
+                encoded, step.control, step.reward, following,
                 terminal=_nothing_follows(step, config.ends), over=step.over,
             )  # fmt: skip
             encoded = following

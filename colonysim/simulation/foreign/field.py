@@ -51,6 +51,7 @@ class ForeignField(Foreign, Marks):
         told = self._visit  # one of its own: what it changes there no other field shall read
         told.moment, told.agent, told.node, told.level = visit.moment, visit.agent, visit.node, visit.level
         told.box, told.hole, told.left, told.before = visit.box, visit.hole, visit.left, visit.before
+        told.mark = visit.mark
         try:
             given = self._part.deposit(told)
         except PASSED_ON:

@@ -85,7 +85,8 @@ class ForeignPolicy(Foreign, Decider):
             PluginError: It speaks of what does not exist, or does not fit the trace.
         """
         decision, intent = new_decision(choice.memory), choice.intent
-        bare = type(choice.targets) is tuple and not choice.targets and choice.explored is False
+        mark = choice.mark
+        bare = type(choice.targets) is tuple and not choice.targets and choice.explored is False and mark == 0.0
         if bare and type(intent) is Travel:  # most are no more than that
             node = intent.node
             if type(node) is int and 0 <= node < self._nodes and self._leads(agent, node):
@@ -94,9 +95,12 @@ class ForeignPolicy(Foreign, Decider):
         found, why = self._intent(agent, intent)
         if not why:
             choice, why = self._options(choice)
+        left = real(mark)
+        if not why and (left is None or not 0.0 <= left <= 1.0):
+            why = f"its mark is {SHOWN.repr(mark)}, expected a number from 0 to 1"
         if why or found is None:
             raise self._fault(f"it wants {SHOWN.repr(intent)}: {why}", agent)
-        decision.choice = choice if found is intent else choice._replace(intent=found)
+        decision.choice, decision.mark = choice if found is intent else choice._replace(intent=found), left or 0.0
         if isinstance(found, Wait):
             decision.wait = found
         else:
@@ -175,4 +179,4 @@ class ForeignPolicy(Foreign, Decider):
             if share is None or not 0.0 <= share <= 1.0 + ROUNDING:
                 return choice, f"one of its probabilities is {SHOWN.repr(chance)}, expected a number from 0 to 1"
         options = (tuple(map(int, targets)), tuple(map(int, boxes)), tuple(map(float, chances)))
-        return Choice(choice.intent, choice.memory, explored, *options), ""
+        return Choice(choice.intent, choice.memory, explored, *options, mark=choice.mark), ""
