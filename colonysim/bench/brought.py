@@ -95,6 +95,13 @@ class ExtraField:
     def load(self, frame: Iterable[Write]) -> None:
         """Nothing is taken over."""
 
+    def state(self) -> dict[str, object]:
+        """Nothing is known."""
+        return {}
+
+    def restore(self, state: dict[str, object]) -> None:
+        """Nothing is taken over."""
+
 
 class Subclass(Colony):
     """The colony, derived from and not changed."""

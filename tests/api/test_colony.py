@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -128,7 +129,10 @@ def test_fields_are_those_that_the_run_records(tmp_path: Path) -> None:
     assert values[ids.index(colony.world.goal)] == colony.fields["D"].at(colony.world.goal) == values.max()
     hole = int(colony.world.holes[0])
     assert (colony.fields["H"].values(hole) >= 0).all() and colony.fields["B"].values(hole).shape == (4,)
-    for wrong in ({"place": 10**6}, {"place": ids[0], "hole": ids[0]}):
+    for name in ("H", "B"):
+        with pytest.raises(ColonysimError, match="has a value for each hole: name the node of one"):
+            colony.fields[name].values()
+    for wrong in ({"place": 10**6, "hole": hole}, {"place": ids[0], "hole": ids[0]}, {"place": ids[0], "hole": -7}):
         with pytest.raises(KeyError):
             colony.fields["H"].at(**wrong)
     with pytest.raises(KeyError):
@@ -172,6 +176,28 @@ def test_neither_observers_nor_measurements_move_the_colony() -> None:
                 colony.measure("moves", call, every=1.0)
             with pytest.raises(ColonysimError, match="a colony cannot"):
                 list(colony)
+
+
+def test_nor_do_they_while_events_are_waiting_to_be_handed_out() -> None:
+    """All agents start at second 0: four events come at once, and the first observer is told of the first of them."""
+    whole = list(Colony("hard", seed=1, episodes=1))
+    for call in (lambda held: held.step(), lambda held: next(iter(held)), lambda held: held.run_until(event="goal")):
+        colony = Colony("hard", seed=1, episodes=1)
+        colony.on("start", lambda event, held, call=call: call(held))
+        with pytest.raises(ColonysimError, match="cannot go on while it waits for an observer"):
+            list(colony)
+        colony = Colony("hard", seed=1, episodes=1)
+        refused: list[str] = []
+
+        def attempt(held: Colony, call: Any = call, refused: list[str] = refused) -> float:
+            try:
+                call(held)
+            except ColonysimError as error:
+                refused.append(str(error))
+            return 0.0
+
+        colony.measure("moves", attempt)
+        assert list(colony) == whole and len(refused) == 1
 
 
 def test_until_a_time_stops_at_the_episode_s_end_whatever_is_handed_out() -> None:

@@ -7,6 +7,7 @@ import random
 import pytest
 
 import colonysim
+from colonysim import Colony
 from colonysim.errors import ColonysimError, PluginError
 from colonysim.policies import Outside
 from colonysim.scenario.loading import scenario_from_document
@@ -122,3 +123,47 @@ def test_misuse_is_answered():
     assert colony.over
     with pytest.raises(ColonysimError, match="no agent is asked"):
         colonysim.Colony("hard", seed=1).choice()
+
+
+ERRING = {"faults": {"box_missed": 0.3, "node_misplaced": 0.3, "mark_noise": 0.5}}
+
+
+def _answered(colony):
+    """What a colony does whose own policy answers each question."""
+    events = []
+    while not colony.over:
+        if colony.asked is not None:
+            colony.answer(colony.choice())
+        elif (event := colony.step()) is not None:
+            events.append(event)
+    return events
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_with_sensors_that_err_it_is_the_policy_s_own_trace_and_can_be_kept_at_a_question(mode, tmp_path):
+    scenario = colonysim.load_scenario("hard", overrides=ERRING)
+    asked = {"seed": 3, "episodes": 1, "mode": mode}
+    own = list(Colony(scenario, policy="colony", **asked))
+    assert _answered(Colony(scenario, policy=Outside, **asked)) == own
+    for stop in range(1, 40, 6):
+        colony, questions, seen = Colony(scenario, policy=Outside, **asked), 0, 0
+        while questions < stop or colony.asked is None:
+            if colony.asked is not None:
+                questions += 1
+                colony.answer(colony.choice())
+            else:
+                seen += colony.step() is not None
+        colony.view()  # to look changes nothing
+        colony.save(tmp_path / "saved.npz")
+        for other in (Colony.load(tmp_path / "saved.npz", policy=Outside), colony.fork(), colony):
+            assert _answered(other) == own[seen:], stop
+
+
+def test_whoever_looks_through_an_agent_s_eyes_changes_nothing():
+    scenario = colonysim.load_scenario("hard", overrides=ERRING)
+    colony, events = Colony(scenario, seed=3, episodes=1), []
+    while (event := colony.step()) is not None:
+        events.append(event)
+        if colony.now < 5.0 and not colony.over:
+            colony.view(0)
+    assert events == list(Colony(scenario, seed=3, episodes=1))

@@ -30,7 +30,7 @@ from colonysim.states import copied
 from colonysim.testing import random_document, random_scenario
 from colonysim.testing.sections import add_sections
 from colonysim.trace.writer import TraceWriter
-from colonysim.world.intents import Outcome
+from colonysim.world.intents import Outcome, Wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -308,6 +308,14 @@ def test_measurements_go_on_where_they_were(tmp_path: Path) -> None:
         other = measured(Colony.load(tmp_path / "saved.npz"))
         events(other)
         assert other.measurements == whole.measurements
+    colony = Colony("hard", seed=1)
+    colony.measure("here", lambda held: 0.0, every=2.5)
+    colony.run_until(time=4.0)
+    colony.save(tmp_path / "saved.npz")
+    other = Colony.load(tmp_path / "saved.npz")
+    for every in (1.0, None):
+        with pytest.raises(ColonysimError, match=r"'here' was measured every 2\.5 s when the colony was saved"):
+            other.measure("here", lambda held: 0.0, every=every)
     colony = Colony("hard", seed=1)
     colony.measure("saves", lambda held: held.save(tmp_path / "no.npz"))  # type: ignore[arg-type, return-value]
     with pytest.raises(ColonysimError, match="in the middle of a measurement"):
@@ -687,3 +695,40 @@ def test_plain_data_is_copied_and_nothing_else() -> None:
     for wrong in ({1, 2}, object(), knot, [Outcome("arrived", 1)], np.array(["a"]), NodeWorld()):
         with pytest.raises(ColonysimError):
             copied(wrong, "it")
+
+
+class Odd:
+    """What the agents remember is no plain data of a kind that could be written."""
+
+    name = "odd"
+    memory: ClassVar[Any] = None
+
+    def __init__(self, scenario: Scenario) -> None:
+        pass
+
+    def fields(self, world: Any) -> dict[str, Any]:
+        return {}
+
+    def begin(self, agent: int, memory: Any) -> Any:
+        return self.memory
+
+    def decide(self, view: Any, memory: Any, random: Any) -> Choice:
+        return Choice(Wait((), 1.0), memory)
+
+
+@pytest.mark.parametrize(
+    "memory",
+    [array("l", [1]), array("u", "a"), "\ud800", 1 << 20_000, np.ma.masked_array([1, 2], [0, 1]), {1, 2}, object()],
+    ids=["long", "letters", "surrogate", "huge", "masked", "set", "object"],
+)  # fmt: skip
+def test_memories_that_cannot_be_written_are_refused_by_save_and_fork_alike(memory: Any, tmp_path: Path) -> None:
+    class Policy(Odd):
+        pass
+
+    Policy.memory = memory
+    colony = Colony("sanity", policy=Policy, seed=1, episodes=1)
+    colony.step()
+    for keep in (lambda: colony.save(tmp_path / "saved.npz"), colony.fork):
+        with pytest.raises(ColonysimError, match="plain data"):
+            keep()
+    assert not (tmp_path / "saved.npz").exists()

@@ -230,3 +230,33 @@ def test_the_command_line_says_when_there_is_nothing_to_do(tmp_path: Path) -> No
     assert CliRunner().invoke(app, ["run", "sanity", "-n", "1", "--out", path, "--quiet"]).exit_code == 0
     done = CliRunner().invoke(app, ["resume", path])
     assert done.exit_code == 0 and "finished already" in done.output
+
+
+@pytest.mark.parametrize("checkpoint", [None, 0.01])
+def test_it_goes_on_with_its_own_policy_and_backend_only(tmp_path: Path, checkpoint: float | None) -> None:
+    stopped_at(tmp_path / "run", 200, checkpoint_every=checkpoint)
+    before = (tmp_path / "run" / "manifest.json").read_bytes()
+    for other in ({"policy": "paper"}, {"policy": "random"}, {"backend": "mock"}):
+        with pytest.raises(ColonysimError, match="and cannot go on with"):
+            colonysim.resume(tmp_path / "run", **other)  # type: ignore[arg-type]
+    assert (tmp_path / "run" / "manifest.json").read_bytes() == before
+    whole = colonysim.run("hard", out=tmp_path / "whole", seed=2, episodes=3)
+    again = colonysim.resume(tmp_path / "run", policy="colony", backend="nodeworld")
+    assert again.trace_sha256 == whole.trace_sha256
+
+
+def test_the_run_that_it_started_from_must_still_be_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = colonysim.run("hard", out=tmp_path / "first", seed=1, episodes=1)
+    monkeypatch.chdir(tmp_path)
+    whole = colonysim.run("hard", out="whole", seed=2, episodes=3, initial="first")
+    stopped_at(tmp_path / "run", 200, initial="first")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    shutil.move(tmp_path / "first", tmp_path / "kept")
+    colonysim.run("hard", out=tmp_path / "first", seed=7, episodes=1)
+    with pytest.raises(ColonysimError, match="is not the run any more whose pheromones"):
+        colonysim.resume(tmp_path / "run")
+    shutil.rmtree(tmp_path / "first")
+    shutil.move(tmp_path / "kept", tmp_path / "first")
+    assert first.trace_sha256 != whole.trace_sha256
+    assert colonysim.resume(tmp_path / "run").trace_sha256 == whole.trace_sha256

@@ -7,6 +7,7 @@ from faulty_policies import FAULTS, KnowsTheMap
 
 from colonysim import plugins
 from colonysim.bench.brought import ExtraField, OwnRule
+from colonysim.errors import ColonysimWarning
 from colonysim.testing import ConformanceError, check_policy
 
 
@@ -47,3 +48,48 @@ def test_a_broken_promise_is_named(factory, promise):
 def test_the_message_says_what_was_changed_out_of_sight():
     with pytest.raises(ConformanceError, match=r"agent \d+ on node \d+ \(R = .*height of \d+.*becomes"):
         check_policy(KnowsTheMap, worlds=100, runs=1)
+
+
+class _Forgets(OwnRule):
+    """Its memory is no plain data; the way back that it offers is a wrong one."""
+
+    name = "forgets"
+
+    def begin(self, agent, memory):
+        return {0}
+
+    def state(self, agent, memory):
+        return sorted(memory)
+
+    def restore(self, agent, state):
+        raise KeyError("nothing")
+
+
+class _Unsavable(_Forgets):
+    state = restore = None
+
+
+class _BrokenField(ExtraField):
+    def state(self):
+        return {}
+
+    def restore(self, state):
+        return state.column("held")
+
+
+class _WithBrokenField(OwnRule):
+    name = "with-broken-field"
+
+    def fields(self, world):
+        return {**super().fields(world), "X": _BrokenField(world)}
+
+
+@pytest.mark.parametrize("factory", [_Forgets, _WithBrokenField])
+def test_what_cannot_be_restored_is_a_broken_promise(factory):
+    with pytest.raises(ConformanceError, match="raises"):
+        check_policy(factory, worlds=0, runs=1)
+
+
+def test_what_takes_no_part_in_saving_is_told_so():
+    with pytest.warns(ColonysimWarning, match=r"cannot be saved, forked or resumed: .*its memory"):
+        check_policy(_Unsavable, worlds=0, runs=1)

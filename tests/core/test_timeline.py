@@ -138,6 +138,14 @@ def test_a_change_waits_for_a_hole_to_be_filled():
     assert gone.time == filled.time
 
 
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_it_happens_before_whoever_made_it_happen_decides(mode):
+    hole = {"holes": [{"node": 2, "depth": 0.35}], "boxes": [[1, 0.35]], "max_steps": 20}
+    found = events(line({"when": {"filled": 2}, "remove_edge": [1, 2]}, **hole), seed=1, mode=mode)
+    (gone,) = at("change", found)
+    assert not [event for event in at("end", found) if event.began >= gone.time and event.target == 2]
+
+
 def test_changes_belong_to_their_episodes():
     changes = [
         {"episode": 2, "add_edge": [0, 4]},

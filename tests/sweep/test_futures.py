@@ -92,3 +92,20 @@ def test_a_run_that_goes_otherwise_is_told(run: Run, tmp_path: Path) -> None:
     manifest.write_text(json.dumps({**other.manifest, "seed": 4}))
     with pytest.raises(ColonysimError, match="gone through again, episode 1 is another than was recorded"):
         fork_run(tmp_path / "run", tmp_path / "out", at=12.0)
+
+
+def test_groups_are_told_apart(tmp_path: Path) -> None:
+    groups = [{"name": "few", "agents": {"count": 1, "seed": 1}}, {"name": "many", "agents": {"count": 3, "seed": 2}}]
+    scenario = colonysim.load_scenario("hard", overrides={"agents": [], "groups": groups})
+    run = colonysim.run(scenario, seed=3, episodes=1, out=tmp_path / "run")
+    fork_run(run.path, tmp_path / "out", at=5.0, overrides=["policy.beta=0.2"], seeds=[0, 1], workers=1)  # type: ignore[arg-type]
+    found = compare([tmp_path / "out"], by_group=True)
+    assert {each.where["group"] for each in found} == {"few", "many"}
+
+
+def test_futures_of_another_moment_are_left_alone(run: Run, tmp_path: Path) -> None:
+    fork_run(run.path, tmp_path / "out", at=12.0, seeds=[0], workers=1)  # type: ignore[arg-type]
+    journal = (tmp_path / "out" / "journal.jsonl").read_bytes()
+    with pytest.raises(ColonysimError, match="holds trials of another sweep, or of another moment"):
+        fork_run(run.path, tmp_path / "out", at=13.0, seeds=[0], workers=1)  # type: ignore[arg-type]
+    assert (tmp_path / "out" / "journal.jsonl").read_bytes() == journal
