@@ -2,7 +2,7 @@
 
 import { lookAt, multiply, perspective, quaternion, turn, unitVector } from "./matrices.js";
 import { mix, scaleColour, style } from "./palette.js";
-import { agentLabel, boxLabel, disc, label, segment, word } from "./shapes.js";
+import { agentLabel, boxLabel, disc, segment, word, writeSign } from "./shapes.js";
 import { shareOf } from "./marks.js";
 import { GROUND, Solids } from "./solids.js";
 import { percent } from "./things.js";
@@ -183,7 +183,7 @@ export class SceneView {
     pen.lineWidth = 1.5;
     pen.stroke();
     disc(pen, x, top, radius, css.agent, css["agent-line"], 1.5);
-    label(pen, agentLabel(agent), x, top, radius, "#101010");
+    writeSign(pen, agentLabel(agent), x, top, radius, "#101010");
     if (agent === this.agent) disc(pen, x, top, radius + 3.5, null, css.ink, 2.5);
   }
 

@@ -52,7 +52,7 @@ export const agentLabel = (agent) => `A${agent}`;
 export const boxLabel = (box) => `B${box}`;
 
 /** Writes a label into a sign of this radius, as large as it has room for; not at all if it could not be read. */
-export function label(pen, text, x, y, radius, fill) {
+export function writeSign(pen, text, x, y, radius, fill) {
   const size = Math.min(0.86 * radius, (2.75 * radius) / text.length, 13);
   if (size >= 6.5) word(pen, text, x, y + 0.04 * size, size, fill, null, 700);
 }

@@ -1,7 +1,7 @@
 // What moves: boxes and agents, with what an agent has reserved, waits for, sees and last decided. Drawn every frame.
 
 import { LOST, SPENT } from "./replay.js";
-import { agentLabel, boxLabel, disc, label, segment, square, Stamp, word } from "./shapes.js";
+import { agentLabel, boxLabel, disc, segment, square, Stamp, word, writeSign } from "./shapes.js";
 
 export function drawThings(pen, view) {
   const chosen = view.agent;
@@ -102,7 +102,7 @@ function drawBoxes(pen, view) {
     if (!visible(view, x, y)) continue;
     square(pen, x, y, half, colours.css.box, colours.css["box-line"], Math.max(1, dot / 8));
     if (layer?.by === "box" && layer.key === box) square(pen, x, y, half + 3, null, colours.css.ink, 2);
-    label(pen, boxLabel(box), x, y, half, "#ffffff");
+    writeSign(pen, boxLabel(box), x, y, half, "#ffffff");
   }
 }
 
@@ -141,7 +141,7 @@ function drawAgents(pen, view) {
       pen.lineWidth = 3;
       pen.stroke();
     }
-    label(pen, agentLabel(agent), x, y, radius, "#101010");
+    writeSign(pen, agentLabel(agent), x, y, radius, "#101010");
   }
 }
 
