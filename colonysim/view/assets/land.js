@@ -223,15 +223,18 @@ export class Land {
       pen.fill(areas);
       ways.stroke(pen, seen);
     }
-    pen.lineCap = "butt"; // a slope ends at its nodes, in the colours that they have
-    for (const [ends, from, to] of this.slopes) {
-      const shade = pen.createLinearGradient(...ends);
-      shade.addColorStop(0, colour(from));
-      shade.addColorStop(1, colour(to));
-      pen.strokeStyle = shade;
-      pen.beginPath();
-      segment(pen, ...ends);
-      pen.stroke();
+    // A slope ends at its nodes, in the colours that they have; round first, for the corners of the place.
+    for (const cap of this.slopes.length ? ["round", "butt"] : []) {
+      pen.lineCap = cap;
+      for (const [ends, from, to] of this.slopes) {
+        const shade = pen.createLinearGradient(...ends);
+        shade.addColorStop(0, colour(from));
+        shade.addColorStop(1, colour(to));
+        pen.strokeStyle = shade;
+        pen.beginPath();
+        segment(pen, ...ends);
+        pen.stroke();
+      }
     }
     pen.restore();
   }

@@ -9,6 +9,7 @@ import { Picture, sharpen } from "./shapes.js";
 import { drawChosen, drawThings } from "./things.js";
 
 const FAR = 16; // pixels between two nodes below which edges and nodes are not drawn one by one
+const WHOLE = 2400; // most pixels a side of the picture of all land, from which it is then drawn
 const CROWD = 1500; // bodies that are more are dots of a few pixels from far away
 const LARGE = 2000; // nodes of a place whose pheromones are not drawn anew in every frame ...
 const PAUSE = 200; // ... but after so many milliseconds
@@ -25,7 +26,8 @@ export class MapView {
     this.numberAt = roomiest(fans);
     this.heat = new Heat(run, this.length);
     this.camera = new Camera(boundsOf(run, this.length));
-    this.pictures = { land: new Picture(), shape: new Picture(), heat: new Picture(), edges: new Picture(), ground: new Picture() };
+    const names = ["land", "shape", "whole", "wholeShape", "heat", "edges", "ground"];
+    this.pictures = Object.fromEntries(names.map((name) => [name, new Picture()]));
     this.pixels = new Pixels();
     this.drawnAt = 0;
   }
@@ -80,13 +82,13 @@ export class MapView {
   }
 
   paintGround(pen) {
-    const { camera, pictures, land } = this;
+    const { camera, pictures } = this;
     const { width, height } = camera;
     const lay = (picture) => pen.drawImage(picture, 0, 0, width, height);
     const view = `${camera.version} ${this.theme}`;
-    lay(pictures.land.of(view, camera, (own) => land.draw(own, this)));
+    lay(pictures.land.of(view, camera, (own) => this.paintLand(own, false)));
     if (this.heat.update(this.replay, this.layer)) {
-      const shape = pictures.shape.of(view, camera, (own) => land.draw(own, this, true));
+      const shape = pictures.shape.of(view, camera, (own) => this.paintLand(own, true));
       lay(pictures.heat.of(`${view} ${this.heat.version}`, camera, (own) => {
         own.drawImage(shape, 0, 0, width, height);
         this.heat.draw(own, camera);
@@ -98,6 +100,22 @@ export class MapView {
     }
     lay(pictures.edges.of(`${view} ${this.replay.surfaceVersion}`, camera, (own) => drawEdges(own, this)));
     drawMarks(pen, this);
+  }
+
+  /** Land, `bare` without coast and water. From far away all of it is drawn once, and moved about as a picture. */
+  paintLand(pen, bare) {
+    const { camera, colours, land } = this;
+    if (!this.far) {
+      land.draw(pen, { camera, colours }, bare);
+      return;
+    }
+    const [west, south, east, north] = camera.bounds;
+    const [wide, high] = [east - west, north - south];
+    const scale = Math.min(FAR / this.length, WHOLE / (window.devicePixelRatio || 1) / Math.max(wide, high));
+    const whole = { x: (west + east) / 2, y: (south + north) / 2, scale, width: wide * scale, height: high * scale };
+    const picture = this.pictures[bare ? "wholeShape" : "whole"].of(this.theme, whole, (own) => land.draw(own, { camera: whole, colours }, bare));
+    pen.imageSmoothingQuality = "high";
+    pen.drawImage(picture, camera.screenX(west), camera.screenY(north), wide * camera.scale, high * camera.scale);
   }
 
   clear() {
