@@ -24,13 +24,16 @@ export function drawMarks(pen, view) {
   if (view.dot > NUMBERED) drawNumbers(pen, view, place, shown);
 }
 
-/** A place from far away: its holes, those that are full as such, and the goal. */
+/** A place from far away: its holes, with a box's colour in the middle of those that are full, and the goal. */
 export function drawFarMarks(pen, { run, camera, colours, replay, dot }) {
   const half = Math.max(1.5 * dot, 1);
   const { x, y } = run.nodes;
   for (const [node, , rim] of run.holes) {
-    pen.fillStyle = replay.surface[node] > rim - run.reach ? sunken(colours) : colours.css.hole;
-    pen.fillRect(camera.screenX(x[node]) - half, camera.screenY(y[node]) - half, 2 * half, 2 * half);
+    const middle = (size) => pen.fillRect(camera.screenX(x[node]) - size, camera.screenY(y[node]) - size, 2 * size, 2 * size);
+    pen.fillStyle = colours.css.hole;
+    middle(half);
+    pen.fillStyle = sunken(colours);
+    if (replay.surface[node] > rim - run.reach) middle(0.55 * half);
   }
   diamond(pen, camera.screenX(x[replay.goal]), camera.screenY(y[replay.goal]), Math.max(2.6 * dot, 6), colours.css.goal, colours.css.card, 1.5);
 }
