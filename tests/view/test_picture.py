@@ -145,7 +145,7 @@ GROUND = """
 @pytest.mark.parametrize("factor", [1.0, 0.2])
 def test_the_ground_of_a_grid_is_of_one_piece(browser: Any, tmp_path: Path, factor: float) -> None:
     show(browser, grid(tmp_path))
-    ask(browser, f"page.map.camera.scale *= {factor}; page.map.camera.version++; {ANEW}")
+    ask(browser, f"const c = page.map.camera; c.scale *= {factor}; c.fitted = false; c.version++; {ANEW}")
     assert ask(browser, "return page.map.far") == (factor < 1)
     within = [[column + dx, row + dy] for column in range(7) for row in range(5) for dx, dy in ((0.5, 0.5), (0.5, 0.3))]
     assert len({tuple(colour) for colour in ask(browser, GROUND.replace("PLACES", str(within)))}) == 1
