@@ -25,8 +25,8 @@ LOADS = re.compile(r"""<(?:script|img|iframe|source|video)\b[^>]*\bsrc=["']?(?:h
 
 def cell(text: str) -> str:
     """A text as a cell of a table; what stands in backticks is left alone."""
-    words = " ".join(text.split()).replace("|", "\\|").split("`")
-    words[::2] = [each.replace("<", "&lt;").replace("[", "\\[") for each in words[::2]]
+    words = " ".join(text.split()).split("`")
+    words[::2] = [each.replace("<", "&lt;").replace("[", "\\[").replace("|", "\\|") for each in words[::2]]
     return "`".join(words)
 
 

@@ -108,7 +108,7 @@ _OF_STIGMERGY = """
 ## Parameters of the stigmergic policies
 
 `colony`, `paper` and `oracle` are presets of one policy; `stigmergy` is `colony`, or what its further parameter
-`preset` says. The last column names the algorithm or section of the paper that has a parameter
+`preset` says. The column *source* names the algorithm or section of the paper that has a parameter
 ([equations](equations.md)). [How the paper is read](readings.md) says why `colony` differs from `paper`.
 """
 
@@ -129,13 +129,13 @@ def _page() -> str:
 def _section(policies: Sequence[DescribedPolicy]) -> str:
     """A table of the parameters that some policies have in common, each with its defaults."""
     columns = [{each.name: _default(each) for each in policy.parameters or ()} for policy in policies]
-    head = ["parameter", "values", *(f"`{policy.name}`" for policy in policies), "meaning", "paper"]
+    head = ["parameter", "values", *(f"`{policy.name}`" for policy in policies), "source", ""]
     rows = [head, ["---"] * len(head)]
     for each in policies[0].parameters or ():
         first, *others = (column[each.name] for column in columns)
         defaults = [first, *("same" if other == first else other for other in others)]
         words = [*(() if "enum" in each.schema else (each.kind,)), *((each.values,) if each.values else ())]
-        rows.append([f"`{each.name}`", _marked(", ".join(words)), *defaults, _marked(each.meaning), each.paper])
+        rows.append([f"`{each.name}`", _marked(", ".join(words)), *defaults, each.paper, _marked(each.meaning)])
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 

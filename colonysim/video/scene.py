@@ -175,6 +175,10 @@ class Scene:
         self._goal.show(stage.goal)
 
 
+_ROOM_BELOW = 0.06
+"""A goal that is lower than this share of the place's height has its word above it: below, the picture ends."""
+
+
 class _Goal:
     """The goal, where it is now."""
 
@@ -187,6 +191,8 @@ class _Goal:
         for disc in self._discs:
             axes.add_patch(disc)
         self._word = axes.text(0, 0, "goal", fontsize=7, color=INK, weight="bold", ha="center", va="top")
+        low, high = places[:, 1].min(), places[:, 1].max()
+        self._lowest = low + _ROOM_BELOW * (high - low)
         self.parts: list[Artist] = [*self._discs, self._word]
 
     def show(self, node: int) -> None:
@@ -194,7 +200,8 @@ class _Goal:
         x, y = self._places[node]
         for disc in self._discs:
             disc.center = (x, y)
-        self._word.set_position((x, y - self._below))
+        above = bool(self._lowest > y)
+        self._word.set(position=(x, y + self._below if above else y - self._below), va="bottom" if above else "top")
 
 
 def _placed(

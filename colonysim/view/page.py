@@ -15,8 +15,8 @@ __all__ = ["LIVE", "MODULES", "STILL", "page"]
 
 #: In this order no module uses one that comes later.
 MODULES = (
-    "palette", "unpack", "shapes", "replay", "camera", "marks", "ground", "far", "things", "map", "matrices", "solids",
-    "scene", "charts", "panels", "main",
+    "palette", "unpack", "shapes", "replay", "camera", "marks", "land", "heat", "ground", "far", "things", "map",
+    "matrices", "solids", "scene", "charts", "panels", "keys", "main",
 )  # fmt: skip
 #: What follows them in a page that holds its run, and in one that follows a run under way.
 STILL, LIVE = ("still",), ("growth", "live")

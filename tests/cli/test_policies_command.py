@@ -105,7 +105,7 @@ def test_policies_of_others_say_what_they_declare(others):
     assert (rest["default"], rest["meaning"], rest["paper"]) == (2.5, "Seconds | of rest.", "Alg. 9")
     assert names["required"] and names["type"] == "list of texts"
     table = told(f"{others}:Declares", "--markdown")
-    assert "| `rest` | number, at least 0, below 10 | 2.5 | Seconds \\| of rest. | Alg. 9 |\n" in table
+    assert "| `rest` | number, at least 0, below 10 | 2.5 | Alg. 9 | Seconds \\| of rest. |\n" in table
     assert "| `names` | list of texts | required |  |  |\n" in table
     assert describe(f"{others}:Derived").parameters == describe("paper").parameters
     assert "does not say which parameters it has" in told(f"{others}:Silent")

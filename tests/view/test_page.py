@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from chromium import errors, requests, show, until
 import colonysim
 from colonysim.trace.replay import blocked_edges, follow
 from colonysim.view import write_page
+from colonysim.view.page import LIVE, MODULES, STILL
 
 
 @pytest.fixture
@@ -248,6 +251,17 @@ def test_on_a_phone_nothing_is_wider_than_the_screen(page: Any) -> None:
         assert page.execute_script("return document.getElementById('things').clientHeight") > 250
     finally:
         page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.parametrize("last", [STILL, LIVE])
+def test_the_modules_have_no_name_in_common(last: tuple[str, ...]) -> None:
+    """They are joined to one program: two of one name would be an error of the whole page, not of one module."""
+    defined: dict[str, str] = {}
+    for module in (*MODULES, *last):
+        text = files("colonysim.view").joinpath("assets", f"{module}.js").read_text(encoding="utf-8")
+        for name in re.findall(r"^(?:export )?(?:async )?(?:const|let|class|function) (\w+)", text, re.MULTILINE):
+            assert name not in defined, f"{name} of {module} is one of {defined[name]} too"
+            defined[name] = module
 
 
 def test_markup_in_a_name_is_text(browser: Any, tmp_path: Path) -> None:

@@ -47,22 +47,25 @@ export function episodeAt(canvas, run, x) {
   return Math.min(Math.max(at, 0), run.episodes.length - 1);
 }
 
-/** A stroke for each push, arrival at the goal and failure of an episode, along its time. */
+/** A stroke for each push, arrival at the goal and failure of an episode, along its time; the rarer stand out. */
 export function drawTicks(canvas, run, replay, colours) {
   const { pen, width, height } = sharpen(canvas);
   const { css } = colours;
   const { events } = run;
   pen.clearRect(0, 0, width, height);
+  const strokes = { box: [], goal: [], blocked: [] };
   for (let row = replay.first; row < replay.last; row++) {
     const kind = run["words.kind"][events.kind[row]];
-    let colour = null;
-    if (kind === "goal") colour = css.goal;
-    else if (kind === "lost" || kind === "spent") colour = css.blocked;
-    else if (events.kind[row] === replay.END && events.status[row] !== replay.ARRIVED) colour = css.blocked;
-    else if (events.kind[row] === replay.END && events.action[row] === replay.PUSH) colour = css.box;
-    if (!colour) continue;
-    pen.fillStyle = colour;
-    pen.fillRect((width * events.time[row]) / replay.duration - 1, 2, 2, height - 2);
+    const failed = events.kind[row] === replay.END && events.status[row] !== replay.ARRIVED;
+    if (kind === "goal") strokes.goal.push(row);
+    else if (kind === "lost" || kind === "spent" || failed) strokes.blocked.push(row);
+    else if (events.kind[row] === replay.END && events.action[row] === replay.PUSH) strokes.box.push(row);
+  }
+  for (const [name, rows] of Object.entries(strokes)) {
+    const wide = rows.length > width / 6 ? 1 : 2;
+    pen.fillStyle = css[name];
+    const top = name === "box" ? 0.5 * height : 0;
+    for (const row of rows) pen.fillRect((width * events.time[row]) / replay.duration - wide / 2, top, wide, height - top);
   }
 }
 

@@ -1,24 +1,24 @@
-// A large place from far away: nodes are squares of a few pixels, written straight into memory.
-
-import { mix, scaleColour } from "./palette.js";
-import { shareOf } from "./marks.js";
+// Many bodies from far away: squares of a few pixels, written straight into memory.
 
 const packed = ([red, green, blue], alpha = 255) => (alpha << 24) | (blue << 16) | (green << 8) | red;
 
-/** Pixels of a canvas's size that squares are put into; `show` puts them on the canvas. */
+/** Pixels of a canvas's size: a ground that is kept, and squares that are put on it; `show` puts them on the canvas. */
 export class Pixels {
-  resize(width, height, ratio) {
-    this.ratio = ratio;
+  /** Takes a picture as the ground. */
+  take(canvas) {
+    const { width, height } = canvas;
+    this.ground = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, width, height).data.buffer);
     if (this.image?.width !== width || this.image?.height !== height) {
       this.image = new ImageData(width, height);
       this.words = new Uint32Array(this.image.data.buffer);
     }
   }
 
-  clear(colour) { this.words.fill(colour); }
-
-  /** Begins with what other pixels show. */
-  copy(other) { this.words.set(other.words); }
+  /** Begins anew with the ground alone. */
+  clear() {
+    this.ratio = window.devicePixelRatio || 1;
+    this.words.set(this.ground);
+  }
 
   square(x, y, size, colour) {
     const { width, height } = this.image;
@@ -34,30 +34,9 @@ export class Pixels {
   show(canvas) { canvas.getContext("2d").putImageData(this.image, 0, 0); }
 }
 
-export function drawFarGround(pixels, view) {
-  const { run, camera, colours, land, layer, replay, unit } = view;
-  const size = Math.max(1, Math.round(0.86 * unit * pixels.ratio));
-  const ground = Uint32Array.from({ length: 32 }, (_, i) => packed(mix(colours["land-low"], colours["land-high"], i / 31)));
-  const scale = Uint32Array.from({ length: 256 }, (_, i) => packed(scaleColour(i / 255)));
-  const { x, y } = run.nodes;
-  const put = (node, colour, wide = size) => {
-    const px = camera.screenX(x[node]), py = camera.screenY(y[node]);
-    if (px > -unit && py > -unit && px < camera.width + unit && py < camera.height + unit) pixels.square(px, py, wide, colour);
-  };
-  pixels.clear(packed(colours.sky));
-  for (let i = 0; i < x.length; i++) put(i, ground[Math.round(31 * land[i])]);
-  for (const [node] of run.holes) put(node, packed(colours.hole));
-  if (layer) {
-    for (let i = 0; i < layer.nodes.length; i++) {
-      const value = replay.values[layer.slots[i]];
-      if (!Number.isNaN(value)) put(layer.nodes[i], scale[Math.round(255 * Math.min(Math.max(shareOf(layer, value), 0), 1))]);
-    }
-  }
-  put(replay.goal, packed(colours.goal), Math.max(3 * size, 9));
-}
-
 export function drawFarThings(pixels, view) {
   const { camera, colours, replay, unit } = view;
+  pixels.clear();
   const size = Math.max(2, Math.round(0.62 * unit * pixels.ratio));
   const box = packed(colours.box), agent = packed(colours.agent), waits = packed(colours.waiting), done = packed(colours.quiet);
   const { boxX, boxY, agentX, agentY, state, waitsFor, action } = replay;

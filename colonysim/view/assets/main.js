@@ -1,8 +1,9 @@
-// Puts the page together: the clock, the controls, the keys, and what is shown.
+// Puts the page together: the clock, the controls, and what is shown.
 
 import { watchPointers } from "./camera.js";
 import { drawResults, drawScale, drawTicks, episodeAt } from "./charts.js";
 import { isBlocked } from "./ground.js";
+import { fillHelp, watchKeys } from "./keys.js";
 import { MapView } from "./map.js";
 import { keyOf, layerOf, noteOf, titleOf } from "./marks.js";
 import { readColours } from "./palette.js";
@@ -114,9 +115,9 @@ class Page {
     byId("theme").addEventListener("click", () => this.switchTheme());
     byId("ask").addEventListener("click", () => byId("help").showModal());
     byId("results").addEventListener("click", (event) => this.chooseEpisode(episodeAt(event.target, this.run, event.offsetX)));
-    document.addEventListener("keydown", (event) => this.key(event));
+    watchKeys(this);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.themed());
-    new ResizeObserver(() => this.resized()).observe(byId("stage"));
+    new ResizeObserver(() => this.resized()).observe(byId("sight"));
   }
 
   // -- time ------------------------------------------------------------------------------------------------------
@@ -285,7 +286,7 @@ class Page {
   show(name) {
     if (name === "solid" && !this.scene) {
       try {
-        this.scene = new SceneView(this.run, this.replay, byId("solid"));
+        this.scene = new SceneView(this.run, this.replay, byId("solid"), this.map);
       } catch (error) {
         byId("trouble").textContent = `3D needs WebGL 2, which this browser does not offer (${error.message}).`;
         byId("trouble").hidden = false;
@@ -312,7 +313,7 @@ class Page {
       fill(byId("key-choice"), by === "hole" ? holes : Array.from(run.boxes.node, (_, box) => [box, box]));
       byId("key-choice").value = this.keys[by];
     }
-    byId("layer-note").textContent = field ? noteOf(field) : "What agents have left on the ground. Keys 1 to 5.";
+    byId("layer-note").textContent = field ? noteOf(field) : "Marks on the ground; keys 1 to 5.";
     byId("legend").hidden = !field;
     if (field) {
       const of = by && `${by} ${by === "hole" ? run.nodes.id[this.keys.hole] : this.keys.box}`;
@@ -391,74 +392,10 @@ class Page {
     if (word === "fit") (this.view === this.map ? this.map.camera : this.scene).fit();
     else if (word) this.zoom(word === "in" ? 1.4 : 1 / 1.4);
   }
-
-  // -- keys ------------------------------------------------------------------------------------------------------
-
-  key(event) {
-    const { target } = event;
-    if (event.ctrlKey || event.metaKey || event.altKey || byId("help").open) return;
-    const name = event.key;
-    if (target.type === "number" && name !== "Escape") return;
-    if (target.tagName === "SELECT" || (target.tagName === "BUTTON" && (name === " " || name === "Enter"))) return;
-    if (target.type === "checkbox" && name === " ") return;
-    const act = this.act(name);
-    if (!act) return;
-    event.preventDefault();
-    act();
-  }
-
-  act(name) {
-    const speed = byId("speed");
-    const faster = (by) => { speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.length - 1); };
-    const layer = (i) => { const button = byId("layers").children[i]; if (button) this.showField(button.dataset.field || null); };
-    const nextAgent = (by) => {
-      const count = this.run.agents.node.length + 1;
-      this.choose(((this.agent + 1 + by + count) % count) - 1);
-    };
-    return {
-      " ": () => this.play(!this.playing),
-      ArrowRight: () => this.stepTo(nextEvent(this.run, this.replay, 1)),
-      ArrowLeft: () => this.stepTo(nextEvent(this.run, this.replay, -1)),
-      PageDown: () => this.chooseEpisode(this.replay.episode + 1),
-      PageUp: () => this.chooseEpisode(this.replay.episode - 1),
-      Home: () => this.seek(0),
-      End: () => this.seek(this.replay.duration),
-      s: () => faster(1), S: () => faster(-1),
-      a: () => nextAgent(1), A: () => nextAgent(-1),
-      1: () => layer(0), 2: () => layer(1), 3: () => layer(2), 4: () => layer(3), 5: () => layer(4),
-      "+": () => this.zoomBy("in"), "=": () => this.zoomBy("in"), "-": () => this.zoomBy("out"), 0: () => this.zoomBy("fit"),
-      v: () => this.run.bodies && this.show(this.view === this.map ? "solid" : "map"),
-      l: () => this.run.live && this.run.status === "running" && this.follow(!this.following),
-      t: () => this.switchTheme(),
-      "?": () => byId("help").showModal(),
-      Escape: () => this.choose(-1),
-    }[name];
-  }
 }
 
 function press(group, name, value) {
   for (const button of group.querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.dataset[name] === value));
-}
-
-const KEYS = [
-  ["space", "play, pause"], ["← →", "step to the event before, the next one"], ["Page up, down", "episode before, next episode"],
-  ["Home, End", "start, end of the episode"], ["s, S", "faster, slower"], ["1 to 5", "no pheromone, or one of them"],
-  ["a, A", "choose the next agent, the one before; Escape: none"], ["+ − 0", "zoom in, out, show all"],
-  ["v", "map or 3D (runs with rigid bodies)"], ["t", "light or dark"],
-  ["l", "stay with a run under way, or not"],
-];
-const SIGNS = [
-  ["pink disc", "agent; a stroke: its steps are used up; a cross: lost"], ["blue square", "box; higher up: stacked"],
-  ["dark square", "hole, with the boxes in it and how full it is"], ["green diamond", "goal"],
-  ["red slash", "edge that nobody can pass: too high a step"], ["dashed edge", "slope; the arrow points uphill"],
-  ["dashed ring", "the node that an agent has reserved: where it is going"], ["dotted ring", "the node that a waiting agent waits for"],
-  ["clear circle", "what the chosen agent can see; lines: what it could choose, the likelier the broader"],
-];
-
-function fillHelp() {
-  for (const [id, pairs] of [["keys", KEYS], ["signs", SIGNS]]) {
-    byId(id).replaceChildren(...pairs.flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)]));
-  }
 }
 
 /** Shows a run. */

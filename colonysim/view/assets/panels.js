@@ -65,6 +65,7 @@ function changeOf(run, row) {
 
 /** What the chosen agent is doing, and what it last chose from. */
 export function showAgent(element, run, replay, agent, decision) {
+  keepHeight(element, agent);
   if (agent < 0) {
     element.replaceChildren(make("p", { class: "note" }, "Click an agent to see what it decided and why."));
     return;
@@ -85,6 +86,13 @@ export function showAgent(element, run, replay, agent, decision) {
   if (row >= 0 && events.hole[row] >= 0) facts.push(["meant for", `hole ${nodes.id[events.hole[row]]}`]);
   const list = make("dl", {}, ...facts.flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]));
   element.replaceChildren(list, decisionTable(run, decision));
+}
+
+/** Of one and the same agent the table only ever grows, so that what stands below it does not jump while it plays. */
+function keepHeight(element, agent) {
+  const same = element.dataset.agent === String(agent);
+  element.dataset.agent = agent;
+  element.style.minHeight = same && agent >= 0 ? `${element.offsetHeight}px` : "";
 }
 
 function decisionTable(run, decision) {

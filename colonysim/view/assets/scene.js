@@ -1,20 +1,23 @@
 // The run's rigid bodies in 3D: ground with pits and ramps, boxes, robots, where their poses say they were. Metres.
 
 import { lookAt, multiply, perspective, quaternion, turn, unitVector } from "./matrices.js";
-import { mix, scaleColour } from "./palette.js";
-import { segment, word } from "./shapes.js";
+import { mix, scaleColour, style } from "./palette.js";
+import { agentLabel, boxLabel, disc, segment, word, writeSign } from "./shapes.js";
 import { shareOf } from "./marks.js";
-import { Solids } from "./solids.js";
+import { GROUND, Solids } from "./solids.js";
 import { percent } from "./things.js";
 
-const SUN = unitVector([-0.45, -0.6, 1.15]);
+const SUN = unitVector([-0.6, -0.5, 0.8]);
 const FLAT = quaternion(Math.PI / 2, 0, 0); // a cylinder standing upright
+const CROWDED = 26; // pixels between two nodes below which their numbers are left away
 const part = (colour) => colour.map((value) => value / 255);
 
 export class SceneView {
-  constructor(run, replay, canvas) {
-    Object.assign(this, { run, replay, canvas });
+  /** `map` is the same place seen from above: it knows the heat of the ground and where numbers have room. */
+  constructor(run, replay, canvas, map) {
+    Object.assign(this, { run, replay, canvas, heat: map.heat, numberAt: map.numberAt });
     this.solids = new Solids(canvas);
+    this.edge = map.length * run.bodies.scale; // metres of an edge
     this.version = 0;
     this.layer = null;
     this.agent = -1;
@@ -58,7 +61,7 @@ export class SceneView {
 
   far() {
     const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-    return (this.distance * this.size * 1.85) / Math.min(1, 0.8 * aspect);
+    return (this.distance * this.size * 1.74) / Math.min(1, 0.8 * aspect);
   }
 
   draw(pen) {
@@ -71,8 +74,18 @@ export class SceneView {
     ];
     this.view = multiply(perspective(0.8, width / height, away / 50, away * 4), lookAt(eye, this.target));
     this.solids.load(this.bodies());
-    this.solids.draw(this.view, { centre: this.home, radius: this.size + 1, sun: SUN, sky: part(this.colours.sky) });
+    this.warm();
+    this.solids.draw(this.view, { eye, centre: this.home, radius: this.size + 1, sun: SUN, sky: part(this.colours.sky) });
     this.labels(pen, width, height, ratio);
+  }
+
+  /** Lays the shown pheromone on the ground. */
+  warm() {
+    const shown = this.heat.update(this.replay, this.layer);
+    const state = shown ? this.heat.version : -1;
+    if (state === this.warmed) return;
+    this.warmed = state;
+    this.solids.warm(shown ? this.heat.image : new ImageData(1, 1), this.heat.bounds.map((value) => value * this.run.bodies.scale));
   }
 
   bodies() {
@@ -140,31 +153,55 @@ export class SceneView {
     const holes = new Set(run.holes.map(([node]) => node));
     const discs = [];
     run.bodies.places.forEach(([x, y, z], node) => {
-      if (holes.has(node) && !shown.has(node)) return;
-      const bare = node === replay.goal ? colours.goal : colours["node-line"];
-      const radius = node === replay.goal ? 0.5 : shown.has(node) ? 0.42 : 0.13;
-      discs.push([[x, y, z + 0.006], [radius, 0.006, radius], FLAT, part(shown.get(node) ?? bare), [0]]);
+      if (holes.has(node)) return;
+      const colour = node === replay.goal ? colours.goal : shown.get(node) ?? colours["node-line"];
+      const radius = node === replay.goal ? 0.5 : shown.has(node) ? 0.19 : 0.12;
+      discs.push([[x, y, z + 0.02], [radius, 0.006, radius], FLAT, part(colour), [0]]);
     });
     return discs;
   }
 
   labels(pen, width, height) {
-    const { css } = this.colours;
-    this.shown = this.at.map((thing) => ({ ...thing, screen: this.project(thing.place, width, height) }));
+    this.shown = this.at.map((thing) => ({ ...thing, screen: this.project(thing.place, width, height) })).filter(({ screen }) => screen);
+    this.numbers(pen, width, height);
     if (this.decision && this.agent >= 0 && this.replay.present(this.agent)) this.choices(pen, width, height);
-    for (const { agent, box, screen } of this.shown) {
-      if (!screen) continue;
-      const size = Math.min(Math.max(0.34 * screen[2], 11), 20);
-      if (agent !== undefined) word(pen, agent, screen[0], screen[1], size, css.ink, css.card);
-      else word(pen, box, screen[0], screen[1], size, css["box-line"], css.card);
-      if (agent !== undefined && agent === this.agent) {
-        pen.beginPath();
-        pen.arc(screen[0], screen[1], size, 0, 2 * Math.PI);
-        pen.strokeStyle = css.ink;
-        pen.lineWidth = 2;
-        pen.stroke();
-      }
+    const dark = style(mix(this.colours.box, [0, 0, 0], 0.55));
+    for (const { agent, box, screen: [x, y, metre] } of this.shown) {
+      if (agent === undefined) word(pen, boxLabel(box), x, y, Math.min(Math.max(0.32 * metre, 10), 18), "#ffffff", dark, 700);
+      else this.pin(pen, agent, x, y, metre);
     }
+  }
+
+  /** The label of a robot stands above it, so that the robot itself is to be seen. */
+  pin(pen, agent, x, y, metre) {
+    const { css } = this.colours;
+    const radius = Math.min(Math.max(0.26 * metre, 9), 14);
+    const top = y - 0.42 * metre - 1.5 * radius;
+    pen.beginPath();
+    segment(pen, x, top + radius, x, y);
+    pen.strokeStyle = css["agent-line"];
+    pen.lineWidth = 1.5;
+    pen.stroke();
+    disc(pen, x, top, radius, css.agent, css["agent-line"], 1.5);
+    writeSign(pen, agentLabel(agent), x, top, radius, "#101010");
+    if (agent === this.agent) disc(pen, x, top, radius + 3.5, null, css.ink, 2.5);
+  }
+
+  /** The numbers of nodes on the ground, except below robots and boxes; nodes that are too close together have none. */
+  numbers(pen, width, height) {
+    const { run, colours } = this;
+    const { places, pits } = run.bodies;
+    const holes = new Map(run.holes.map(([node], i) => [node, pits[i]]));
+    this.numbered = [];
+    places.forEach(([x, y, z], node) => {
+      const out = holes.has(node) ? 0.5 * holes.get(node)[3] + 0.35 : 0.38;
+      const screen = this.project([x + out * Math.cos(this.numberAt[node]), y + out * Math.sin(this.numberAt[node]), z], width, height);
+      if (!screen || screen[2] * this.edge < CROWDED) return;
+      const size = Math.min(Math.max(0.26 * screen[2], 9.5), 14);
+      if (this.shown.some((thing) => Math.hypot(thing.screen[0] - screen[0], thing.screen[1] - screen[1]) < 0.35 * screen[2] + size)) return;
+      this.numbered.push({ node, screen });
+      word(pen, run.nodes.id[node], screen[0], screen[1], size, this.layer ? colours.css.ink : colours.css.quiet, colours.css["land-high"], 500);
+    });
   }
 
   choices(pen, width, height) {
@@ -194,7 +231,7 @@ export class SceneView {
   }
 
   find(px, py) {
-    const near = (this.shown ?? []).filter(({ screen }) => screen && Math.hypot(screen[0] - px, screen[1] - py) < Math.max(22, 0.5 * screen[2]));
+    const near = (this.shown ?? []).filter(({ screen }) => Math.hypot(screen[0] - px, screen[1] - py) < Math.max(22, 0.5 * screen[2]));
     near.sort((a, b) => Math.hypot(a.screen[0] - px, a.screen[1] - py) - Math.hypot(b.screen[0] - px, b.screen[1] - py));
     return near[0] ?? {};
   }
@@ -229,7 +266,7 @@ function groundOf(run, colours) {
     const share = high > low ? Math.min(Math.max((top - low) / (high - low), 0), 1) : 0.75;
     const colour = inPit ? mix(colours.hole, colours["land-low"], 0.3) : mix(colours["land-low"], colours["land-high"], share);
     // A little larger than it is: no cracks between neighbours.
-    grounds.push([[x, y, z], [a + 0.004, b + 0.004, c], quaternion(0, -slope, yaw), shade(colour), [0]]);
+    grounds.push([[x, y, z], [a + 0.004, b + 0.004, c], quaternion(0, -slope, yaw), shade(colour), [GROUND]]);
   }
   return [...grounds, ...waysOf(run, colours)];
 }
@@ -245,9 +282,9 @@ function waysOf(run, colours) {
     const flat = Math.hypot(to[0] - from[0], to[1] - from[1]), rise = to[2] - from[2];
     const [begin, end] = [a, b].map((node) => (holes.has(node) ? 0.8 : 0));
     const middle = (0.5 * (begin + flat - end)) / flat;
-    const centre = from.map((value, axis) => value + middle * (to[axis] - value) + (axis === 2 ? 0.004 : 0));
+    const centre = from.map((value, axis) => value + middle * (to[axis] - value) + (axis === 2 ? 0.012 : 0));
     const length = ((flat - begin - end) / flat) * Math.hypot(flat, rise);
     const rotation = quaternion(0, -Math.atan2(rise, flat), Math.atan2(to[1] - from[1], to[0] - from[0]));
-    return [centre, [length / 2, 0.02, 0.003], rotation, colour, [0]];
+    return [centre, [length / 2, 0.026, 0.003], rotation, colour, [0]];
   });
 }

@@ -30,13 +30,13 @@ export function segment(pen, x0, y0, x1, y1) {
   pen.lineTo(x1, y1);
 }
 
-export function word(pen, text, x, y, size, fill, halo) {
-  pen.font = `600 ${size}px system-ui, sans-serif`;
+export function word(pen, text, x, y, size, fill, halo, weight = 600) {
+  pen.font = `${weight} ${size}px system-ui, sans-serif`;
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   if (halo) {
     pen.strokeStyle = halo;
-    pen.lineWidth = 3;
+    pen.lineWidth = Math.min(3, 0.25 * size);
     pen.lineJoin = "round";
     pen.strokeText(text, x, y);
   }
@@ -44,9 +44,40 @@ export function word(pen, text, x, y, size, fill, halo) {
   pen.fillText(text, x, y);
 }
 
+/**
+ * The labels of an agent and of a box, the same on the map and in 3D: a disc with A and a square with B before the
+ * number, so that neither is ever read as a node's number, which stands alone and has no ground of its own.
+ */
+export const agentLabel = (agent) => `A${agent}`;
+export const boxLabel = (box) => `B${box}`;
+
+/** Writes a label into a sign of this radius, as large as it has room for; not at all if it could not be read. */
+export function writeSign(pen, text, x, y, radius, fill) {
+  const size = Math.min(0.86 * radius, (2.75 * radius) / text.length, 13);
+  if (size >= 6.5) word(pen, text, x, y + 0.04 * size, size, fill, null, 700);
+}
+
+/** A picture that is kept until its key, its size or the sharpness of the screen changes. */
+export class Picture {
+  /** Returns its canvas, painted with `paint(pen)` if need be; the pen's unit is a CSS pixel. */
+  of(key, { width, height }, paint) {
+    const ratio = window.devicePixelRatio || 1;
+    const state = [key, width, height, ratio].join();
+    if (state === this.state) return this.canvas;
+    this.state = state;
+    const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+    if (this.canvas?.width !== w || this.canvas.height !== h) this.canvas = new OffscreenCanvas(w, h);
+    const pen = this.canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    paint(pen);
+    return this.canvas;
+  }
+}
+
 /** Draws the same disc many times: painted once for each colour, then copied. */
 export class Stamp {
-  constructor(radius, line, width, ratio) {
+  constructor(radius, line, width, ratio = window.devicePixelRatio || 1) {
     Object.assign(this, { radius, line, width, ratio });
     this.size = 2 * Math.ceil(radius + width);
     this.made = new Map();

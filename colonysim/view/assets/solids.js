@@ -3,6 +3,7 @@
 import { lookAt, multiply, orthographic } from "./matrices.js";
 
 const FLOATS = 14; // centre 3, half sizes 3, rotation 4, colour 3, width of the edges drawn 1
+export const GROUND = -1; // for that width: a slab of the ground, which is warm where there is heat
 const SHADOW_SIZE = 2048;
 
 const PLACE = `#version 300 es
@@ -24,7 +25,11 @@ void main() {}`;
 const VERTEX = `${PLACE}
 uniform mat4 view;
 uniform mat4 sunView;
+uniform vec3 eye;
+uniform vec4 heatPlace; // west, north, one over its width and its height
 out vec3 upward;
+out vec2 heatAt;
+out vec3 toEye;
 out vec3 within;
 out vec4 sunPlace;
 flat out vec3 size;
@@ -36,14 +41,19 @@ void main() {
   size = halfSize;
   colour = paint;
   sunPlace = sunView * vec4(at + 0.02 * upward, 1.0);
+  toEye = eye - at;
+  heatAt = vec2(at.x - heatPlace.x, heatPlace.y - at.y) * heatPlace.zw;
   gl_Position = view * vec4(at, 1.0);
 }`;
 const FRAGMENT = `#version 300 es
 precision highp float;
 precision highp sampler2DShadow;
 uniform sampler2DShadow shadow;
+uniform sampler2D heat;
 uniform vec3 sun;
 in vec3 upward;
+in vec2 heatAt;
+in vec3 toEye;
 in vec3 within;
 in vec4 sunPlace;
 flat in vec3 size;
@@ -51,22 +61,29 @@ flat in vec4 colour;
 out vec4 shown;
 void main() {
   vec3 n = normalize(upward);
+  // A side that is seen edge-on has no depth to speak of and would shine through the slab before it.
+  if (colour.a < 0.0 && abs(n.z) < 0.5 && abs(dot(n, normalize(toEye))) < 0.08) discard;
   // Where two slabs of the ground meet, the rim of the sides that they share may shine through: it looks like their top.
-  bool rim = colour.a == 0.0 && size.z > 0.15 && size.z - within.z < 0.06;
+  bool rim = colour.a < 0.0 && size.z - within.z < 0.06;
   if (rim) n = vec3(0.0, 0.0, 1.0);
+  vec3 base = colour.rgb;
+  if (colour.a < 0.0 && n.z > 0.6) {
+    vec4 warm = texture(heat, heatAt); // already multiplied by its opacity
+    base = base * (1.0 - warm.a) + warm.rgb;
+  }
   vec3 at = sunPlace.xyz * 0.5 + 0.5;
   float lit = 0.0;
-  for (int i = -1; i <= 1; i++) for (int j = -1; j <= 1; j++)
-    lit += texture(shadow, vec3(at.xy + vec2(i, j) / ${SHADOW_SIZE}.0, at.z - 0.0012)) / 9.0;
+  for (int i = -2; i <= 2; i++) for (int j = -2; j <= 2; j++)
+    lit += texture(shadow, vec3(at.xy + vec2(i, j) / ${SHADOW_SIZE}.0, at.z - 0.0014)) / 25.0;
   if ((rim && upward.z < 0.5) || any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) lit = 1.0;
-  float light = 0.46 + 0.1 * n.z + 0.46 * lit * max(dot(n, sun), 0.0);
+  float light = 0.45 + 0.08 * n.z + 0.58 * lit * max(dot(n, sun), 0.0);
   if (colour.a > 0.0) {
     vec3 off = size - abs(within);
     float least = min(off.x, min(off.y, off.z));
     float edge = off.x + off.y + off.z - least - max(off.x, max(off.y, off.z));
     light *= mix(0.62, 1.0, smoothstep(0.5 * colour.a, colour.a, edge));
   }
-  shown = vec4(colour.rgb * light, 1.0);
+  shown = vec4(base * light, 1.0);
 }`;
 
 export class Solids {
@@ -87,6 +104,19 @@ export class Solids {
     this.depths = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.depths);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadow, 0);
+    this.heat = gl.createTexture();
+    this.warm(new ImageData(1, 1), [0, 0, 1, 1]);
+  }
+
+  /** Takes the heat of the ground: a picture seen from above, and its west, south, east and north in metres. */
+  warm(image, [west, south, east, north]) {
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, this.heat);
+    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, true);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.LINEAR);
+    for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, wrap, gl.CLAMP_TO_EDGE);
+    this.heatPlace = [west, north, 1 / (east - west), 1 / (north - south)];
   }
 
   shape(vertices) {
@@ -117,10 +147,10 @@ export class Solids {
     }
   }
 
-  draw(view, { centre, radius, sun, sky }) {
+  draw(view, { eye, centre, radius, sun, sky }) {
     const { gl } = this;
-    const eye = centre.map((value, i) => value + 2 * radius * sun[i]);
-    const sunView = multiply(orthographic(radius, 2 * radius), lookAt(eye, centre));
+    const sunEye = centre.map((value, i) => value + 2 * radius * sun[i]);
+    const sunView = multiply(orthographic(radius, 2 * radius), lookAt(sunEye, centre));
     sunView[14] -= 1; // from before the eye to behind the place
     gl.enable(gl.DEPTH_TEST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.depths);
@@ -133,8 +163,14 @@ export class Solids {
     gl.clearColor(...sky, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.useProgram(this.program);
-    gl.bindTexture(gl.TEXTURE_2D, this.shadow);
+    ["shadow", "heat"].forEach((name, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, this[name]);
+      gl.uniform1i(gl.getUniformLocation(this.program, name), unit);
+    });
+    gl.uniform4fv(gl.getUniformLocation(this.program, "heatPlace"), this.heatPlace);
     gl.uniform3fv(gl.getUniformLocation(this.program, "sun"), sun);
+    gl.uniform3fv(gl.getUniformLocation(this.program, "eye"), eye);
     this.all(this.program, { view, sunView });
   }
 

@@ -1,7 +1,7 @@
 // What moves: boxes and agents, with what an agent has reserved, waits for, sees and last decided. Drawn every frame.
 
 import { LOST, SPENT } from "./replay.js";
-import { disc, segment, square, Stamp, word } from "./shapes.js";
+import { agentLabel, boxLabel, disc, segment, square, Stamp, word, writeSign } from "./shapes.js";
 
 export function drawThings(pen, view) {
   const chosen = view.agent;
@@ -11,8 +11,8 @@ export function drawThings(pen, view) {
   if (view.dot > 4.5) drawReserved(pen, view);
   if (active) drawChoice(pen, view);
   drawBoxes(pen, view);
-  if (active && view.dot > 6) drawChances(pen, view);
   drawAgents(pen, view);
+  if (active && view.dot > 6) drawChances(pen, view);
 }
 
 /** The chosen agent and what it sees, where the others are but dots. */
@@ -62,8 +62,9 @@ function drawWorth(pen, { run, camera, colours, replay, layer }) {
 }
 
 function drawReserved(pen, view) {
-  const { run, camera, colours, replay, dot } = view;
+  const { run, camera, colours, replay, dot, sizes } = view;
   const { nodes, events } = run;
+  const ring = sizes.agent + Math.max(3, 0.25 * dot);
   const reserved = new Path2D(), waited = new Path2D();
   for (let agent = 0; agent < replay.action.length; agent++) {
     if (replay.state[agent]) continue;
@@ -75,11 +76,11 @@ function drawReserved(pen, view) {
     if (!visible(view, x, y) && !visible(view, ax, ay)) continue;
     const path = row >= 0 ? reserved : waited;
     segment(path, ax, ay, x, y);
-    path.moveTo(x + 1.6 * dot, y);
-    path.arc(x, y, 1.6 * dot, 0, 2 * Math.PI);
+    path.moveTo(x + ring, y);
+    path.arc(x, y, ring, 0, 2 * Math.PI);
   }
-  pen.lineWidth = Math.max(1.5, dot / 6);
-  pen.setLineDash([5, 3]);
+  pen.lineWidth = Math.min(Math.max(1.2, dot / 8), 1.8);
+  pen.setLineDash([4, 3]);
   pen.strokeStyle = colours.css["agent-line"];
   pen.stroke(reserved);
   pen.setLineDash([1, 4]);
@@ -91,8 +92,8 @@ function drawReserved(pen, view) {
 }
 
 function drawBoxes(pen, view) {
-  const { camera, colours, replay, dot, layer } = view;
-  const half = 0.95 * dot;
+  const { camera, colours, replay, dot, layer, sizes } = view;
+  const half = sizes.box;
   for (let box = 0; box < replay.boxX.length; box++) {
     if (replay.boxNode[box] < 0 || replay.seated(box)) continue; // the latter are drawn as what fills the hole
     const x = camera.screenX(replay.boxX[box]);
@@ -101,15 +102,15 @@ function drawBoxes(pen, view) {
     if (!visible(view, x, y)) continue;
     square(pen, x, y, half, colours.css.box, colours.css["box-line"], Math.max(1, dot / 8));
     if (layer?.by === "box" && layer.key === box) square(pen, x, y, half + 3, null, colours.css.ink, 2);
-    if (dot > 7) word(pen, box, x, y, Math.min(dot, 14), "#ffffff");
+    writeSign(pen, boxLabel(box), x, y, half, "#ffffff");
   }
 }
 
 function drawAgents(pen, view) {
-  const { run, camera, colours, replay, dot, agent: chosen } = view;
+  const { run, camera, colours, replay, dot, sizes, agent: chosen } = view;
   const { css } = colours;
-  const radius = 0.78 * dot;
-  const stamp = new Stamp(radius, css["agent-line"], Math.max(1, dot / 7), window.devicePixelRatio || 1);
+  const radius = sizes.agent;
+  const stamp = new Stamp(radius, css["agent-line"], Math.max(1, dot / 9));
   const labels = [];
   for (let agent = 0; agent < replay.agentX.length; agent++) {
     if (!replay.present(agent)) continue;
@@ -117,8 +118,8 @@ function drawAgents(pen, view) {
     if (!visible(view, x, y)) continue;
     // Who shares a node with a box stands beside it.
     if (!run.bodies && (replay.stacks.has(replay.agentNode[agent]) || replay.action[agent] >= 0)) {
-      x -= 0.7 * dot * beside(view, agent);
-      y += 0.7 * dot * beside(view, agent);
+      x -= 1.05 * radius * beside(view, agent);
+      y += 1.05 * radius * beside(view, agent);
     }
     stamp.draw(pen, x, y, css.agent);
     labels.push([agent, x, y]);
@@ -140,7 +141,7 @@ function drawAgents(pen, view) {
       pen.lineWidth = 3;
       pen.stroke();
     }
-    if (dot > 7) word(pen, agent, x, y, Math.min(dot, 13), "#101010");
+    writeSign(pen, agentLabel(agent), x, y, radius, "#101010");
   }
 }
 
@@ -174,15 +175,16 @@ function drawChoice(pen, { run, camera, colours, dot, decision }) {
   }
 }
 
-/** Its probabilities, each just before the node that it leads to. */
+/** Its probabilities, each beside the way to its node and shortly before it. */
 function drawChances(pen, { run, camera, colours, dot, decision }) {
   const { x: xs, y: ys } = run.nodes;
   for (const { target, chance } of decision?.choices ?? []) {
     if (target < 0 || chance < 0.005) continue;
     const tx = camera.screenX(xs[target]), ty = camera.screenY(ys[target]);
     const dx = camera.screenX(xs[decision.node]) - tx, dy = camera.screenY(ys[decision.node]) - ty;
-    const share = Math.min(0.5, (1.6 * dot + 14) / Math.max(Math.hypot(dx, dy), 1));
-    word(pen, percent(chance), tx + share * dx, ty + share * dy, 12, colours.css.ink, colours.css.card);
+    const long = Math.max(Math.hypot(dx, dy), 1), share = Math.min(0.5, (1.6 * dot + 14) / long);
+    const side = (dx < 0 ? 13 : -13) / long; // above a way that leads to the east or the west
+    word(pen, percent(chance), tx + share * dx - side * dy * 1.2, ty + share * dy + side * dx, 11, colours.css.ink, colours.css.card);
   }
 }
 
