@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from colonysim.policies.schema import scenario_schema
     from colonysim.recording import run
+    from colonysim.repeating import repeat
     from colonysim.resuming import resume
     from colonysim.scenario.imports import import_map
     from colonysim.scenario.loading import list_scenarios, load_scenario, scenario_from_document
@@ -52,6 +53,7 @@ __all__ = [
     "import_map",
     "list_scenarios",
     "load_scenario",
+    "repeat",
     "resume",
     "run",
     "scenario_from_document",
@@ -73,6 +75,7 @@ _PLACES = {
     "import_map": "scenario.imports",
     "list_scenarios": "scenario.loading",
     "load_scenario": "scenario.loading",
+    "repeat": "repeating",
     "resume": "resuming",
     "run": "recording",
     "scenario_from_document": "scenario.loading",

@@ -43,6 +43,10 @@ class Stopped(KeyboardInterrupt):
     exit_code = 130
 
 
+class Anew(KeyboardInterrupt):
+    """A run is to begin anew: it ends as one that was stopped, and whoever has begun it begins another."""
+
+
 PASSED_ON = (ColonysimError, MemoryError, KeyboardInterrupt)
 """Errors that are passed on when a third party's code raises them: the first already says what is wrong, the others are
 not that code's fault."""

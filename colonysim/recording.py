@@ -6,7 +6,7 @@ import time
 import warnings
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from colonysim.arguments import as_seed, real, whole
 from colonysim.errors import ColonysimError, TraceError
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from colonysim.policies.policy import Policy
     from colonysim.trace.groups import GroupResult
     from colonysim.trace.schema import Event, Frame, Tap
+
+Attendant: TypeAlias = "Callable[[Colony, Callable[[], None]], object]"
+"""Is called between two events with the colony, and a function that tells a tap the rows so far."""
 
 __all__ = ["CHECKPOINT", "groups_at_end", "play", "recording", "run", "start_with"]
 
@@ -67,6 +70,7 @@ def run(
     on_event: Callable[[Event, Run], None] | None = None,
     on_begin: Callable[[Colony], None] | None = None,
     tap: Tap | None = None,
+    attend: Attendant | None = None,
     checkpoint_every: float | None = None,
     progress: bool | None = None,
 ) -> Run:
@@ -101,6 +105,8 @@ def run(
         on_begin: Called once with the colony before its first episode begins: to have it watched and measured
             (`Colony.on`, `Colony.measure`).
         tap: Is told the rows of all tables while they come.
+        attend: Called after the events of each moment with the colony and a function that tells the tap the rows so
+            far. It may take its time, and change the colony (`Colony.change`).
         checkpoint_every: Seconds of wall clock after which the colony is saved in the run directory, again and again:
             should the process be killed, `colonysim.resume` goes on from there. None for never.
         progress: Whether to show how far the run has come, once it takes more than two seconds: a bar in a notebook
@@ -176,10 +182,12 @@ def run(
         manifest["sources"] = parts_of(named, driven, scenario.parameters, backend_options, scenario.parts_of_groups)
         directory = prepare_directory(None if out is None else Path(out), manifest)
     origin = origin_of(backend, backend_options, policy)
+    # Groups have policies of their own, and changed parameters make other ones: what was asked for has to be known.
+    remade = bool(scenario.groups or scenario.changes) or not (attend is None and on_begin is None)
 
     def begun(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:
         return Colony(
-            scenario, backend=body, policy=policy if scenario.groups else chosen, mode=mode, episodes=count, seed=seed,
+            scenario, backend=body, policy=policy if remade else chosen, mode=mode, episodes=count, seed=seed,
             sink=writer, initial=start, decisions="decisions" in kept.tables, kinds=kinds, origin=origin,
         )  # fmt: skip
 
@@ -191,7 +199,7 @@ def run(
             with following(recorded, shown, on_event) as on_event:
                 play(
                     begun, writer, recorded, groups=groups, on_start=on_start, on_event=on_event, on_begin=on_begin,
-                    tap=tap, checkpoint_every=checkpoint_every,
+                    tap=tap, attend=attend, checkpoint_every=checkpoint_every,
                 )  # fmt: skip
     except Exception:
         if directory is not None and manifest["rows"] and not any(manifest["rows"].values()):
@@ -227,6 +235,7 @@ def play(
     on_event: Callable[[Event, Run], None] | None,
     on_begin: Callable[[Colony], None] | None,
     tap: Tap | None,
+    attend: Attendant | None = None,
     checkpoint_every: float | None,
 ) -> None:
     """Lets a colony go on to its end, and records it.
@@ -240,9 +249,10 @@ def play(
         on_event: The same.
         on_begin: The same.
         tap: The same.
+        attend: The same.
         checkpoint_every: The same.
     """
-    listens = on_event is not None or on_begin is not None or tap is not None
+    listens = not (on_event is None and on_begin is None and tap is None and attend is None)
     with writer:
         if on_start:
             on_start(recorded)
@@ -258,6 +268,8 @@ def play(
                     on_event(event, recorded)
                 if tap:
                     writer.share()
+                if attend and not colony.pending:
+                    attend(colony, writer.share_now)
                 if checkpoints:
                     checkpoints.look()
             if not colony.completed:

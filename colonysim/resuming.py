@@ -111,6 +111,8 @@ def resume(
                         kinds=kinds,
                     )  # fmt: skip
                 writer.take_up(kept)
+                for item in _made_since(colony, manifest):
+                    colony.change(item)
             except BaseException:
                 untouched.append(True)
                 raise
@@ -191,9 +193,24 @@ def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
     """Refuses a checkpoint of another run."""
     rows = saved.extra.get("rows")
     counted = isinstance(rows, dict) and all(type(count) is int and count >= 0 for count in rows.values())
-    ours = saved.extra.get("started") == manifest["started"] and saved.digest == manifest.get("scenario_sha256")
+    ours = saved.extra.get("started") == manifest["started"] and _same_so_far(saved.document, manifest)
     if not (counted and ours):
         raise TraceError(f"{path}: is no checkpoint of this run")
+
+
+def _same_so_far(document: Mapping[str, Any], manifest: Mapping[str, Any]) -> bool:
+    """Whether a scenario is that of a run, but for changes at its end that may have been made by hand later."""
+    ours = manifest["scenario"]
+    before, by_hand = list(document.get("changes") or ()), set(manifest.get("by_hand") or ())
+    now = list(ours.get("changes") or ())
+    rest = [{name: value for name, value in each.items() if name != "changes"} for each in (document, ours)]
+    return rest[0] == rest[1] and now[: len(before)] == before and set(range(len(before), len(now))) <= by_hand
+
+
+def _made_since(colony: Colony, manifest: Mapping[str, Any]) -> list[Any]:
+    """The changes that were made by hand after the checkpoint from which a colony goes on: it gets them again."""
+    changes: list[Any] = list(manifest["scenario"].get("changes") or ())
+    return changes[len(colony.scenario.changes) :]
 
 
 def anew(

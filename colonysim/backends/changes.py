@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANYWHERE", "refuse_changes"]
 
-ANYWHERE = ("add_edge", "remove_edge", "move_goal", "fail", "wipe")
+ANYWHERE = ("add_edge", "remove_edge", "move_goal", "fail", "wipe", "policy")
 """Kinds of changes that concern no body: every backend can follow them."""
 
 

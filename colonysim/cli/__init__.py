@@ -20,6 +20,7 @@ from colonysim.cli import (
     new,
     plot,
     policies,
+    repeat,
     report,
     reproduce,
     results,
@@ -117,7 +118,7 @@ app = typer.Typer(
 )
 for module in (
     run, resume, scenarios, new, import_, validate, backends, policies, schema, view, video, plot, report, export,
-    verify, sweep, results, compare, fork, tune, reproduce, bench,
+    verify, repeat, sweep, results, compare, fork, tune, reproduce, bench,
 ):  # fmt: skip
     name = module.__name__.rpartition(".")[2].rstrip("_")
     app.command(name, epilog=module.EXAMPLES)(module.command)

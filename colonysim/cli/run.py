@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from colonysim.trace.kept import Kept
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Event
+    from colonysim.view.controls import Controls
     from colonysim.view.live import Live
 
 __all__ = ["EXAMPLES", "command", "shown_progress"]
@@ -138,14 +139,19 @@ def command(
         bool, typer.Option("--watch", "-w", help="Draw the map live in the terminal (the node world slowed down).")
     ] = False,
     live: Annotated[
-        bool, typer.Option("--live", "-l", help="Follow the run in the browser, on the page of `colonysim view`.")
+        bool,
+        typer.Option(
+            "--live",
+            "-l",
+            help="Follow the run in the browser, on the page of `colonysim view`; pause and change it there.",
+        ),
     ] = False,
     pace: Annotated[
         float | None,
         typer.Option(
             min=0.0,
-            help="Simulated seconds a second of a node world that is watched; 0: all at once.",
-            show_default="5.0",
+            help="Simulated seconds a second of a run that is watched; 0: all at once.",
+            show_default="5.0 on the node world",
         ),
     ] = None,
     port: Annotated[
@@ -159,18 +165,19 @@ def command(
 
     Progress goes to standard error, results to standard output. Ctrl-C ends the run (SIGTERM
     and a closed terminal do too); what it had recorded until then stays readable. With --live
-    on a terminal the page is served until a Ctrl-C after the run.
+    on a terminal the page is served until a Ctrl-C after the run. What is changed on that page
+    is in the trace; `colonysim repeat` runs it again.
 
     Of a large world deposits, or the pheromones at the end of all episodes but the last, are
     left out unless --record names them; a line says so before the run begins.
     """
     from contextlib import ExitStack
 
-    from colonysim.cli.console import on_terminal, print_json, say
+    from colonysim.cli.console import print_json, say
     from colonysim.cli.numbers import read_duration
     from colonysim.cli.stopping import told_when_stopped
     from colonysim.cli.summary import print_results, results
-    from colonysim.errors import ColonysimError
+    from colonysim.errors import Anew, ColonysimError
     from colonysim.files import shown_path
     from colonysim.recording import run
     from colonysim.scenario.contradictions import refuse_contradictions
@@ -180,8 +187,9 @@ def command(
     if (port or no_open) and not live:
         raise ColonysimError(f"{'--port' if port else '--no-open'}: only with --live")
     slowed = backend == "nodeworld" and (watch or live)
-    if pace is not None and not slowed:
-        raise ColonysimError("--pace: only a node world that is seen, with --watch or --live, is slowed down")
+    if pace is not None and not (slowed or live):
+        raise ColonysimError("--pace: only a run with --live, or a node world with --watch, is slowed down")
+    pace = (_PACE if slowed else 0.0) if pace is None else pace
     if no_trace and out is not None:
         raise ColonysimError("--no-trace and --out: the run is either recorded or not")
     if no_decisions and record is not None:
@@ -197,45 +205,74 @@ def command(
         say(f"Recorded {kept.why}; --record says otherwise.")
     begun: list[Run] = []
     with ExitStack() as open_until_the_end:
-        page = open_until_the_end.enter_context(_page(port)) if live else None
-        if page:
+        page, controls = None, None
+        if live:
+            from colonysim.view.controls import Controls
             from colonysim.view.reading import no_pheromones
+
+            controls = Controls(pace)
+            page = open_until_the_end.enter_context(_page(port, controls))
 
         def starts(run: Run) -> None:
             begun.append(run)
             if page:
                 page.begin(run)
-                _open(page, no_open)
+                if len(begun) == 1:
+                    _open(page, no_open)
                 if why := no_pheromones(run, range(1, count + 1)):
                     say(f"The page shows no pheromones: {why}")
 
         def told() -> str:
-            path = shown_path(begun[0].path) if begun and begun[0].path else ""
+            path = shown_path(begun[-1].path) if begun and begun[-1].path else ""
             where = f" The run so far is in {path}" if path else ""
             if path and every is not None:
                 where += f"; `colonysim resume {path}` goes on with it"
-            return f"Interrupted after {len(begun[0].episodes) if begun else 0} of {count} episodes.{where}"
+            return f"Interrupted after {len(begun[-1].episodes) if begun else 0} of {count} episodes.{where}"
 
-        with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:
-            slow = _slowed(shown, _PACE if pace is None else pace) if slowed else shown
-            recorded = run(
-                loaded, backend=backend, policy=policy, mode=mode,
-                episodes=count, seed=seed, out=out, trace=not no_trace, record=kept, initial=start,
-                backend_options=options, on_start=starts, on_event=slow, tap=page, checkpoint_every=every,
-            )  # fmt: skip
-        if as_json:
-            print_json(results(recorded))
-        else:
-            print_results(recorded)
-            if not quiet:
-                _hint_at_compiling(recorded)
-        if page:
-            page.end()
-            if page.trouble:
-                say(f"Error: the run went on, but its page did not: {page.trouble}")
-                raise SystemExit(1)
-            if on_terminal():
-                _stay_until_interrupt(f"The run is over; its page stays at {page.address} until Ctrl-C.")
+        again = True
+        while again:
+            try:
+                with told_when_stopped(told), _shown(loaded, backend, count, watch, quiet) as shown:
+                    slow = _slowed(shown, pace) if slowed and not live else shown
+                    recorded = run(
+                        loaded, backend=backend, policy=policy, mode=mode,
+                        episodes=count, seed=seed, out=_anew(out, len(begun)), trace=not no_trace, record=kept,
+                        initial=start, backend_options=options, on_start=starts, on_event=slow, tap=page,
+                        attend=None if controls is None else controls.attend, checkpoint_every=every,
+                    )  # fmt: skip
+            except Anew:
+                say(f"Begins anew. {told().removeprefix('Interrupted after ').capitalize()}")
+                continue
+            if as_json:
+                print_json(results(recorded))
+            else:
+                print_results(recorded)
+                if not quiet:
+                    _hint_at_compiling(recorded)
+            again = bool(page and controls and _stays(page, controls))
+
+
+def _anew(out: Path | None, before: int) -> Path | None:
+    """Where a run is recorded that begins anew, after so many: beside the first."""
+    return out if out is None or not before else out.with_name(f"{out.name}-{before + 1}")
+
+
+def _stays(page: Live, controls: Controls) -> bool:
+    """Serves the page of a run that is over, on a terminal until Ctrl-C; returns whether the run is to begin anew."""
+    from colonysim.cli.console import on_terminal, say
+
+    page.end()
+    if page.trouble:
+        say(f"Error: the run went on, but its page did not: {page.trouble}")
+        raise SystemExit(1)
+    if not on_terminal():
+        return False
+    say(f"The run is over; its page stays at {page.address} until Ctrl-C.")
+    try:
+        controls.wait_for_reset()
+    except KeyboardInterrupt:
+        return False
+    return True
 
 
 def _hint_at_compiling(run: Run) -> None:
@@ -265,10 +302,10 @@ def _kept(scenario: Scenario, episodes: int, record: str | None, no_decisions: b
     return kept.without("decisions")
 
 
-def _page(port: int) -> Live:
+def _page(port: int, controls: Controls) -> Live:
     from colonysim.view.live import Live
 
-    return Live(port)
+    return Live(port, controls)
 
 
 def _open(page: Live, no_open: bool) -> None:
@@ -279,18 +316,6 @@ def _open(page: Live, no_open: bool) -> None:
         import webbrowser
 
         webbrowser.open(page.address)
-
-
-def _stay_until_interrupt(message: str) -> None:
-    import threading
-
-    from colonysim.cli.console import say
-
-    try:
-        say(message)
-        threading.Event().wait()
-    except KeyboardInterrupt:
-        return
 
 
 def _slowed(shown: Callable[[Event, Run], None], pace: float) -> Callable[[Event, Run], None]:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from colonysim.cli.console import say
-from colonysim.errors import Stopped
+from colonysim.errors import Anew, Stopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -29,6 +29,8 @@ def told_when_stopped(words: Callable[[], str]) -> Iterator[None]:
     """
     try:
         yield
+    except Anew:
+        raise
     except KeyboardInterrupt as stop:
         say(words())
         raise SystemExit(getattr(stop, "exit_code", Stopped.exit_code)) from None

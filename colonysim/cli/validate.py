@@ -102,6 +102,8 @@ def _check_policies(scenario: Scenario) -> list[str]:
     from colonysim.scenario.changes import refuse_unknown_marks
     from colonysim.scenario.groups import refuse_unknown_fields
     from colonysim.simulation.groups import located, policy_of_group
+    from colonysim.simulation.tuning import check_tunings
+    from colonysim.trace.rows import Rows
     from colonysim.world.state import World
 
     loaded: dict[str, None] = {}
@@ -123,6 +125,7 @@ def _check_policies(scenario: Scenario) -> list[str]:
         known = [*dict.fromkeys(name for policy in made for name in policy.fields(world))]
         refuse_unknown_fields(scenario, known)
         refuse_unknown_marks(scenario, known)
+        check_tunings(scenario, None, world, Rows(scenario, None, decisions=False), known)
     return [*loaded]
 
 

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Layout", "lay_out"]
 
+_COMING_OR_GOING = ("add_box", "remove_box", "add_agent")
+"""Kinds of changes for which there have to be places for bodies that are not there."""
 SHELF_AWAY = 20.0
 """How far beyond all other ground bodies wait that are not there, in units of the robot."""
 SHELF_ROOM = 3.0
@@ -128,7 +130,7 @@ def _laid_out(scenario: Scenario, robot: Robot, models: tuple[Robot, ...]) -> La
         _check_work(scenario, scale, len(plan.levels), len(plan.slopes))
         terrain = derived_terrain(plan, robot.scale)
     shelf: tuple[tuple[float, float, float], ...] = ()
-    if scenario.changes:
+    if any(change.kind in _COMING_OR_GOING for change in scenario.changes):
         terrain, shelf = _with_shelf(terrain, len(scenario.boxes) + len(scenario.agents))
     return Layout(
         robot,

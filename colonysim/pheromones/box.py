@@ -141,6 +141,12 @@ class BoxWorth(Marks):
         if self._fading.on:
             self._fade(0.0)
 
+    def refresh(self) -> None:
+        """See `Marks.refresh`."""
+        if self._fading.on:
+            self._fade(self._world.now)
+        self._fading.restart(self._world.now)
+
     def state(self) -> State:
         """B of every pair that was ever touched."""
         pairs = sorted(self._worth)

@@ -273,6 +273,14 @@ class Distance(Marks):
             else:
                 self.spread.put(node, known[node] - self._rest(node))
 
+    def refresh(self) -> None:
+        """See `Marks.refresh`."""
+        if self.spread is not None:
+            self.spread.refresh()
+        elif self._fading.on:
+            self._fade(self._world.now)
+        self._fading.restart(self._world.now)
+
     def state(self) -> State:
         """Distance of each node, and which of them are official and visited."""
         return {

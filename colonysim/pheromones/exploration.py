@@ -158,6 +158,14 @@ class Exploration(Marks):
                 self.stored = array("d", [value * self.scale for value in self.stored])
                 self.scale = 1.0
 
+    def refresh(self) -> None:
+        """See `Marks.refresh`."""
+        if self.spread is not None:
+            self.spread.refresh()
+        elif self._fading.on:
+            self._fade(self._world.now)
+        self._fading.restart(self._world.now)
+
     def state(self) -> State:
         """The stored values with what they are multiplied by and lessened by."""
         return {

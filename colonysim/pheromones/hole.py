@@ -338,6 +338,14 @@ class HoleTrail(Marks):
         elif self._keep < 1.0:
             self._aged -= log(self._keep)
 
+    def refresh(self) -> None:
+        """See `Marks.refresh`."""
+        for values in self.spread:
+            if values is not None:
+                values.refresh()
+        self._aged = self._age()
+        self._fading.restart(self._world.now)
+
     def state(self) -> State:
         """The trails of each node in the order in which they came: how many, of which holes, and their -ln H."""
         kept = [k for node, start in enumerate(self._start) for k in range(start, start + self._count[node])]

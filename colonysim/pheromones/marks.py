@@ -188,6 +188,9 @@ class Marks:
         Must be called before edges come or go, and before `end_episode` if they are as at first in the next episode.
         """
 
+    def refresh(self) -> None:
+        """Takes what has faded by now into the values: from now on they may fade by another half-life."""
+
     def _note(self, place: int, key: int, value: float) -> None:
         """Adds a value to those that this `mark` has written; every `mark` begins with `_wrote` = 0."""
         i = self._wrote

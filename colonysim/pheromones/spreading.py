@@ -210,6 +210,13 @@ class NodeValues:
         if nodes:
             self._seconds, self._nodes, self._amounts = array("d", seconds), array("i", nodes), array("d", amounts)
 
+    def refresh(self) -> None:
+        """See `Marks.refresh`."""
+        self.settle()
+        if self.fading.on:
+            self._renew(self._world.now)
+        self.fading.restart(self._world.now)
+
     # -- inside ------------------------------------------------------------------------------------------------------
 
     def _check(self, node: int) -> None:

@@ -231,6 +231,15 @@ class Decider:
         """
         raise NotImplementedError
 
+    def take_over(self, memory: Any, before: Decider) -> Any:
+        """What an agent remembers from now on that has decided by other parameters of this policy until now.
+
+        Args:
+            memory: What it remembers, as `restore` has made it.
+            before: The policy with those parameters.
+        """
+        return memory
+
     def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """The raw decision of an agent; arguments as in `Policy.decide`."""
         raise NotImplementedError

@@ -16,7 +16,7 @@ from colonysim.suggest import nearest
 if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["OF_FIELDS", "PRESET", "PRESETS", "StigmergySettings", "settings_for"]
+__all__ = ["OF_A_RUN", "OF_FIELDS", "PRESET", "PRESETS", "StigmergySettings", "settings_for"]
 
 LARGEST = 1e9
 """No parameter is larger, so that no product of a few of them and of lengths is infinite."""
@@ -41,7 +41,9 @@ class StigmergySettings:
         "Factor of the values in every softmax: at 0 all choices are equally likely, the higher the more "
         "decided.", "Alg. 9",
     )] = 4.0
-    epsilon: Annotated[Share, about("Chance to explore, at the start of a run.", "Alg. 9")] = 0.2
+    epsilon: Annotated[Share, about(
+        "Chance to explore, at the start of a run and from where a timeline sets it.", "Alg. 9"
+    )] = 0.2
     epsilon_floor: Annotated[Share, about("Epsilon never decays below this.")] = 0.01
     epsilon_decay: Annotated[Share, about("Factor by which epsilon decays.", "Alg. 9")] = 0.8
     epsilon_per: Annotated[Literal["choice", "episode"], about(
@@ -160,6 +162,9 @@ OF_FIELDS = (
     "exploration_diffusion", "exploration_on_wait", "diffusion_period",
 )  # fmt: skip
 """The parameters that belong to the fields, which all agents share; the others may differ from agent to agent."""
+
+OF_A_RUN = ("distance_diffusion", "hole_diffusion", "exploration_diffusion", "diffusion_period")
+"""The parameters that cannot change under way: how marks are kept depends on whether they spread, and how often."""
 
 PRESETS: dict[str, dict[str, Any]] = {
     "colony": {},

@@ -13,7 +13,7 @@ from colonysim.plugins import make_field
 from colonysim.policies.choice import pick, weigh
 from colonysim.policies.decision import Decider, Decision, Memory, Options, Stream, new_decision, new_memory
 from colonysim.policies.paths import likely_way
-from colonysim.policies.settings import settings_for
+from colonysim.policies.settings import OF_A_RUN, settings_for
 from colonysim.states import Stored
 from colonysim.suggest import nearest
 from colonysim.world.intents import Wait
@@ -46,7 +46,12 @@ class Stigmergy(Decider):
     Args:
         scenario: Its `policy:` section is read, see `StigmergySettings`.
         settings: Takes the place of the scenario's section if given.
+
+    Attributes:
+        fixed: Names of parameters that cannot change under way.
     """
+
+    fixed = OF_A_RUN
 
     def __init__(self, scenario: Scenario, settings: StigmergySettings | None = None) -> None:
         self.settings = settings or settings_for(scenario)
@@ -184,6 +189,15 @@ class Stigmergy(Decider):
         numbers = {name: told.whole(name, -1, most[name] - 1) for name in _REMEMBERED}
         way = tuple(told.wholes("way", None, 0, len(place.topology) - 1))
         return Memory(told.real("epsilon", 0.0, 1.0), way=way, vain=told.whole("vain", 0, 2**31 - 1), **numbers)
+
+    def take_over(self, memory: Memory, before: Decider) -> Memory:
+        """The same, but for the chance to explore where another one was set: that is the chance from now on."""
+        epsilon = self.settings.epsilon
+        if not isinstance(before, Stigmergy) or before.settings.epsilon == epsilon:
+            return memory
+        return new_memory(
+            epsilon, memory.box, memory.hole, memory.way, memory.sought, memory.shunned, memory.shunned_at, memory.vain
+        )
 
     def think(self, view: LocalView, memory: Memory, stream: Stream) -> Decision:
         """Algorithm 9 for one agent.

@@ -120,7 +120,7 @@ class _Assembly:
             timing=self._timing(topology, edges),
             changes=read_changes(
                 file.changes, places, topology, rims, goal, len(boxes), len(agents), self._node,
-                lambda pair, path: self._edge(pair, path, edges),
+                lambda pair, path: self._edge(pair, path, edges), [group.name for group in file.groups or ()],
             ),
             newcomers=newcomers if file.changes else None,
             policy=policy.name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from colonysim.scenario.scenario import BoxStart
 from colonysim.suggest import nearest
@@ -19,10 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["CHANGES", "Change", "Condition", "Newcomers", "read_changes", "read_newcomers", "refuse_unknown_marks"]
 
 Kind: TypeAlias = Literal[
-    "add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal", "add_agent", "fail", "wipe"
-]
+    "add_edge", "remove_edge", "set_surface", "add_box", "remove_box", "move_goal", "add_agent", "fail", "wipe",
+    "policy",
+]  # fmt: skip
 CHANGES: tuple[Kind, ...] = get_args(Kind)
 """What a change can do."""
+FIXED = ("name", "extra_fields", "model")
+"""What no change of `policy` can set: it would be another policy, have other fields, or be made of another file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,8 @@ class Change:
         seconds: How long they fail, simulated seconds; None for the rest of the episode.
         fields: The fields whose marks go, None for all.
         nodes: The nodes whose marks go.
+        parameters: The parameters of the policy that get other values, with these.
+        group: Name of the group whose policy it is, "" for that of all.
     """
 
     number: int
@@ -74,6 +79,8 @@ class Change:
     seconds: float | None = None
     fields: tuple[str, ...] | None = None
     nodes: tuple[int, ...] = ()
+    parameters: Mapping[str, Any] | None = None
+    group: str = ""
 
     def happens_in(self, episode: int) -> bool:
         """Whether it can happen in the episode of a number."""
@@ -155,6 +162,7 @@ def read_changes(
     agents: int,
     node: Callable[[int, str], int],
     edge: Callable[[tuple[int, int], str], tuple[int, int]],
+    groups: Sequence[str] = (),
 ) -> tuple[Change, ...]:
     """The timeline of a scenario.
 
@@ -168,11 +176,12 @@ def read_changes(
         agents: How many there are, those that join included.
         node: The index of a node by number, and where that stands.
         edge: The indices of two nodes that an edge joins likewise.
+        groups: The names of the groups of agents.
 
     Raises:
         ScenarioError: A change cannot be.
     """
-    reader = _Reader(places, topology, rims, {goal}, boxes, agents, node, edge)
+    reader = _Reader(places, topology, rims, {goal}, boxes, agents, node, edge, groups)
     for number, section in enumerate(sections):
         if section.move_goal is not None:
             reader.goals.add(reader.node(section.move_goal, _path(number, "move_goal")))
@@ -199,6 +208,7 @@ class _Reader:
         agents: How many there are.
         node: See `read_changes`.
         edge: The same.
+        groups: The same.
     """
 
     def __init__(
@@ -211,13 +221,16 @@ class _Reader:
         agents: int,
         node: Callable[[int, str], int],
         edge: Callable[[tuple[int, int], str], tuple[int, int]],
+        groups: Sequence[str],
     ) -> None:
         self._places, self._topology, self._rims, self.goals = places, topology, rims, goals
-        self._boxes, self._agents, self.node, self._edge = boxes, agents, node, edge
+        self._boxes, self._agents, self.node, self._edge, self._groups = boxes, agents, node, edge, groups
 
     def change(self, number: int, section: ChangeSection, next_box: int, next_agent: int) -> Change:
         """A change; a box or an agent that it brings gets the next number."""
         kind, fault = _kind(section, number, self._places), self._places.fault
+        if section.group is not None and kind != "policy":
+            raise fault(_path(number, "group"), f"stands beside `{kind}`, expected it beside `policy`")
         first, last = self._episodes(number, section)
         more: dict[str, object] = {}
         if (pair := section.add_edge or section.remove_edge) is not None:
@@ -254,6 +267,8 @@ class _Reader:
             ]
             seconds = section.fail.seconds
             more = {"agents": tuple(agents), "seconds": None if seconds is None else float(seconds)}
+        elif section.policy is not None:
+            more = self._of_policy(number, section, section.policy)
         else:
             more = self._wiped(number, section)
         return Change(number, kind, float(section.time), first, last, self._condition(number, section.when), **more)  # type: ignore[arg-type]
@@ -294,6 +309,17 @@ class _Reader:
                 raise self._places.fault(path, f"{section.at_goal} agents, but there are only {self._agents}")
             return Condition("at_goal", section.at_goal)
         return Condition("seated", section.seated or 0)
+
+    def _of_policy(self, number: int, section: ChangeSection, given: Mapping[str, Any]) -> dict[str, object]:
+        """Parameters and whose they are; whether there are such, the policy itself says."""
+        for name in given:
+            if name in FIXED:
+                path = _path(number, f"policy.{name}")
+                raise self._places.fault(path, "cannot change under way, expected other parameters of the policy")
+        group = section.group or ""
+        if section.group is not None and group not in self._groups:
+            raise self._places.fault(_path(number, "group"), f"no group {group!r}; {nearest(group, self._groups)}")
+        return {"parameters": dict(given), "group": group}
 
     def _wiped(self, number: int, section: ChangeSection) -> dict[str, object]:
         assert section.wipe is not None

@@ -37,6 +37,7 @@ __all__ = [
     "load_variants",
     "plain_data",
     "scenario_from_document",
+    "with_changes",
 ]
 
 Overrides = Mapping[str, Any] | Sequence[str]
@@ -98,6 +99,29 @@ def scenario_from_document(
     if not isinstance(value, dict):
         raise ScenarioError(f"{source}: is a value of type {type(document).__name__}, expected a mapping of fields")
     return _made(_Draft(value, {}, source), variant, overrides)
+
+
+def with_changes(scenario: Scenario, items: Sequence[Mapping[str, Any]], source: str) -> Scenario:
+    """The same scenario with more changes at the end of its timeline; what it had keeps its place and its position.
+
+    Args:
+        scenario: The scenario.
+        items: The changes, as they would stand in the file.
+        source: Where they come from, for messages.
+
+    Raises:
+        ScenarioError: A change cannot be, or the scenario has no document that it could be written into.
+    """
+    if not scenario.document:
+        raise ScenarioError(f"{source}: the scenario was made in Python, and has no document to add changes to")
+    before = list(scenario.document.get("changes") or ())
+    added = [plain_data(item, source, f"changes.{len(before) + n}") for n, item in enumerate(items)]
+    document = {**scenario.document, "changes": [*before, *added]}
+    made = assemble(document, Places(source))
+    return dataclasses.replace(
+        made, variant=scenario.variant, source=scenario.source, positions=scenario.positions,
+        overrides=scenario.overrides,
+    )  # fmt: skip
 
 
 def _opened(path_or_name: str | Path) -> tuple[dict[str, Any], dict[str, tuple[int, int]], str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -64,9 +64,10 @@ class WipeSection(Section):
 
 
 class ChangeSection(Section):
-    """A change of the place, its boxes or its agents: when it happens, and exactly one thing that it does.
+    """A change of the place, boxes, agents or their policy: when it happens, and exactly one thing that it does.
 
-    Each episode begins as the rest of the file describes it, and goes through the changes anew.
+    Each episode begins as the rest of the file describes it, and goes through the changes anew. Only what `policy`
+    has changed stays so, as what the agents remember does.
     """
 
     time: NotNegative = 0.0
@@ -97,3 +98,7 @@ class ChangeSection(Section):
     """Agents fail, each when its move under way has ended."""
     wipe: WipeSection | None = None
     """Pheromones go."""
+    policy: Annotated[dict[Text, Any], Field(min_length=1)] | None = None
+    """Parameters of the policy get other values from then on, in the episodes that follow too."""
+    group: Text | None = None
+    """With `policy`: only for the agents of the group of this name."""

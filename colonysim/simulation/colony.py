@@ -22,6 +22,7 @@ from colonysim.scenario.changes import refuse_unknown_marks
 from colonysim.scenario.groups import refuse_speeds
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
+from colonysim.simulation.by_hand import change_by_hand, kinds_by_hand
 from colonysim.simulation.episode import Episode
 from colonysim.simulation.foreign import checked_backend
 from colonysim.simulation.foreign.answers import SHOWN
@@ -29,6 +30,7 @@ from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.initial import load_fields
 from colonysim.simulation.keeping import (
     Course,
+    adopt,
     closed_on_error,
     diverge,
     loaded,
@@ -40,6 +42,7 @@ from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.origins import origin_of
 from colonysim.simulation.saving import read_saved, write_saved
+from colonysim.simulation.tuning import check_tunings, merged, tuned
 from colonysim.simulation.views import AgentsView, BoxesView, FieldsView, WorldView
 from colonysim.suggest import nearest
 from colonysim.trace.checks import LONGEST
@@ -53,8 +56,10 @@ if TYPE_CHECKING:
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
+    from colonysim.scenario.changes import Change
     from colonysim.simulation.foreign import ForeignPolicy
     from colonysim.simulation.origins import Origin
+    from colonysim.simulation.tuning import Tuning
     from colonysim.trace.schema import Event, Frame, Measurement, Sink
     from colonysim.world.intents import Intent
 
@@ -131,7 +136,9 @@ class Colony:
         self._kinds = _kinds(kinds)
         self._world, self._rows = World(scenario), Rows(scenario, sink, decisions, self._kinds)
         world, rows = self._world, self._rows
-        self._take_policies(GroupPolicies(policy, scenario, world, rows))
+        self._tuning: Tuning = {}
+        self._sink = sink
+        self._take_policies(self._make_policies())
         if isinstance(sink, TraceWriter):
             sink.describe({name: bool(field.by_box) for name, field in self._fields.items()})
         if initial:
@@ -139,6 +146,7 @@ class Colony:
         made = make_backend(backend, backend_options, scenario)
         refuse_changes(scenario, str(made.name), getattr(made, "changes", ()))
         refuse_unknown_marks(scenario, self._fields)
+        check_tunings(scenario, policy, world, rows, self._fields)
         if id(made) in _MOVING:
             raise ColonysimError("this backend moves another colony already; make one for each, or close that one")
         if getattr(made, "tick", None) is not None:
@@ -162,6 +170,10 @@ class Colony:
             with suppress(Exception):  # what went wrong first is what counts
                 self._release()
             raise
+
+    def _make_policies(self) -> GroupPolicies:
+        """The policies that were asked for, with the parameters that hold now."""
+        return GroupPolicies(self._asked, tuned(self.scenario, self._tuning), self._world, self._rows)
 
     def _take_policies(self, policies: GroupPolicies) -> None:
         """Has the agents decide by these policies, and leave marks in their fields."""
@@ -300,7 +312,13 @@ class Colony:
         try:
             while self._running or (not (stay and begun) and self._begin_next()):
                 begun = True
-                if events or episode.go_on(until if until < measures.due else measures.due):
+                if events:
+                    return True
+                came = episode.go_on(until if until < measures.due else measures.due)
+                if episode.timeline.tunings:
+                    self._tune()
+                    episode = self._episode
+                if came:
                     return True
                 if episode.asked >= 0:
                     return False
@@ -311,6 +329,7 @@ class Colony:
                 elif episode.paused:
                     if self._between is not None:
                         self._between()
+                        episode = self._episode
                 elif measures.due <= until:
                     self._reach(measures.due)
                     self._measure(ended=False)
@@ -322,6 +341,12 @@ class Colony:
             self._fail()
             raise
         return False
+
+    def _tune(self) -> None:
+        """Has the agents decide by the parameters that the timeline has just set."""
+        for change in self._episode.timeline.tunings:
+            self._tuning = merged(self._tuning, change)
+        adopt(self, self.scenario, tuned=True)
 
     def _reach(self, time: float) -> None:
         """Nothing more happens up to a time of the episode under way."""
@@ -476,6 +501,11 @@ class Colony:
         return not self._rows.events and (self._closed or self.completed)
 
     @property
+    def pending(self) -> bool:
+        """Whether events of the present moment have not been handed out yet."""
+        return bool(self._rows.events)
+
+    @property
     def seconds_of_an_edge(self) -> float:
         """Typical simulated seconds of a travelled edge in this episode: the unit of `agents.waited`."""
         return float(self._episode.edge_seconds)
@@ -562,6 +592,46 @@ class Colony:
         for row in taken:
             self._measured.append(row)
             self._rows.measured(row)
+
+    # -- by hand -----------------------------------------------------------------------------------------------------
+
+    def change(self, item: Mapping[str, Any]) -> Change:
+        """Changes something by hand, right after the present moment: as if the scenario's timeline had said so.
+
+        The change becomes the last one of the scenario's timeline, with its episode and time: a run of that scenario
+        from its beginning gives the same rows.
+
+        Args:
+            item: An entry of `changes:` as in a scenario's file. Without an episode it is meant for the one under way,
+                or the next one between two; without a time for the next millisecond in which nothing has happened yet.
+
+        Returns:
+            The change, as the timeline has it now; `document` of `scenario` holds it as plain data.
+
+        Raises:
+            ColonysimError: It cannot be, or not by hand: agents that join, edges that the file does not know of, a goal
+                that it does not name, and on rigid bodies boxes that come or go. Or it would have come already.
+
+        Example:
+            ```python
+            colony.run_until(time=30)
+            colony.change({"policy": {"beta": 1.0}})
+            colony.change({"add_box": {"node": 12, "height": 0.35}})
+            ```
+        """
+        self._refuse_calls()
+        return change_by_hand(self, item)
+
+    @property
+    def changeable(self) -> tuple[str, ...]:
+        """The kinds of changes that can be made by hand on this backend."""
+        return kinds_by_hand(self)
+
+    @property
+    def parameters(self) -> dict[str, Mapping[str, Any]]:
+        """The parameters of policies as they hold now, those that are given: by group, "" for the policy of all."""
+        now = tuned(self.scenario, self._tuning)
+        return {"": now.parameters, **{group.name: now.of_group(n).parameters for n, group in enumerate(now.groups)}}
 
     # -- keeping and branching ---------------------------------------------------------------------------------------
 

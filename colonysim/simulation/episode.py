@@ -294,8 +294,12 @@ class Episode:
         return False
 
     def go_through(self, steps: int) -> bool:
-        """Goes on to a number of SimPy's steps of this episode; False if it ends, or an agent is asked, before."""
-        while self.stepped < steps:
+        """Goes on to a number of SimPy's steps of this episode, or until its timeline has other parameters of policies.
+
+        Returns:
+            False if it ends, or an agent is asked, before.
+        """
+        while self.stepped < steps and not self.timeline.tunings:
             if self.over or self.asked >= 0 or self.env.peek() == inf:
                 return False
             self.env.step()

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from colonysim.trace.rows import Rows
     from colonysim.world.state import World
 
-__all__ = ["GroupPolicies", "Mixed", "located", "policy_of_group"]
+__all__ = ["GroupPolicies", "Mixed", "decider_of", "located", "policy_of_group"]
 
 
 class Mixed(Decider):
@@ -37,6 +37,10 @@ class Mixed(Decider):
 
     def __init__(self, name: str, deciders: Sequence[Decider]) -> None:
         self.name, self._deciders = name, list(deciders)
+
+    def of(self, agent: int) -> Decider:
+        """The policy of an agent."""
+        return self._deciders[agent]
 
     def begin(self, agent: int, memory: Any) -> Any:
         """What its policy says."""
@@ -53,6 +57,11 @@ class Mixed(Decider):
     def restore(self, agent: int, state: Any) -> Any:
         """What its policy says."""
         return self._deciders[agent].restore(agent, state)
+
+
+def decider_of(decider: Decider, agent: int) -> Decider:
+    """The policy of an agent, of one that may be that of groups."""
+    return decider.of(agent) if isinstance(decider, Mixed) else decider
 
 
 def located(scenario: Scenario) -> str:

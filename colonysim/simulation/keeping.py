@@ -11,7 +11,8 @@ from colonysim.policies.decision import decision_of, decision_state
 from colonysim.provenance import files_of, other_file
 from colonysim.randomness import Streams
 from colonysim.simulation.episode_state import episode_state, restore_episode, resume_streams
-from colonysim.simulation.groups import GroupPolicies
+from colonysim.simulation.groups import decider_of
+from colonysim.simulation.order import CHANGE_STEP, CHANGES
 from colonysim.simulation.origins import backend_of, policy_of, scenario_of
 from colonysim.simulation.saving import Saved
 from colonysim.simulation.settings import changed
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from colonysim.trace.schema import Sink
 
 __all__ = [
-    "Course", "check_savable", "closed_on_error", "diverge", "loaded", "refuse_other_files", "restore", "saved_of",
-    "state_of",
+    "Course", "adopt", "check_plain", "check_savable", "closed_on_error", "diverge", "loaded", "refuse_other_files",
+    "replays", "restore", "saved_of", "state_of",
 ]  # fmt: skip
 
 C = TypeVar("C", bound="Colony")
@@ -52,8 +53,8 @@ class Course:
     Attributes:
         scenario: The scenario as it was then.
         begun: The colony's state before the episode under way began; None where it is not needed.
-        changes: What a fork changed since, after how many of SimPy's steps of the episode and how many answers: the
-            seed of new random streams or None, and fields of the scenario.
+        changes: What was changed since, after how many of SimPy's steps of the episode and how many answers: by a fork
+            the seed of new random streams or None, and fields of the scenario; by hand the change.
         answers: The decisions from outside since, each with its agent's memory.
     """
 
@@ -68,6 +69,17 @@ class Course:
         if replays(colony._body):
             with suppress(ColonysimError):  # a part cannot say its state, which whoever wants to save it is told
                 self.begun = state_of(colony)
+
+    def note_change(
+        self, colony: Colony, *, seed: int | None = None, settings: Mapping[str, Any] | None = None,
+        by_hand: Mapping[str, Any] | None = None,
+    ) -> None:  # fmt: skip
+        """Something has been changed in the episode under way, which going through it again will need."""
+        if colony._running:
+            steps, answers = colony._episode.stepped, len(self.answers)
+            self.changes.append(
+                {"steps": steps, "answers": answers, "seed": seed, "settings": settings or {}, "by_hand": by_hand}
+            )
 
     def note(self, colony: Colony, agent: int, decision: Decision) -> None:
         """A decision has come from outside, which going through the episode again will need."""
@@ -93,6 +105,17 @@ def check_savable(colony: Colony) -> None:
         )
 
 
+def check_plain(colony: Colony) -> None:
+    """Checks that fields and memories can be handed over to others.
+
+    Raises:
+        ColonysimError: One cannot say its state.
+    """
+    for field in colony._fields.values():
+        field.state()
+    _memories(colony)
+
+
 def says_state(body: Backend) -> bool:
     """Whether a backend has the methods by which it takes part in saving."""
     return bool(getattr(body, "savable", callable(getattr(body, "state", None))))
@@ -113,7 +136,7 @@ def state_of(colony: Colony) -> State:
     streams = colony._streams
     state: State = {
         "seed": streams.seed, "path": streams.path, "number": colony._number, "running": colony._running,
-        "aged": colony._aged, "world": colony._world.state(),
+        "aged": colony._aged, "tuning": copied(colony._tuning, "tuning"), "world": colony._world.state(),
         "fields": {name: field.state() for name, field in colony._fields.items()},
         "memories": _memories(colony),
         "rows": colony._rows.state(), "measures": colony._measures.state(),
@@ -170,6 +193,7 @@ def _measurement(row: Any) -> Measurement:
 def _take_over(colony: Colony, told: Stored) -> None:
     """Puts every part into its state."""
     path = told.text("path")
+    _take_tuning(colony, told)
     colony._streams = Streams(told.whole("seed", 0, 10**18), path)
     colony._number, colony._aged = told.whole("number", 0, colony._count), told.flag("aged")
     running, world, body = told.flag("running"), colony._world, colony._body
@@ -200,6 +224,17 @@ def _take_over(colony: Colony, told: Stored) -> None:
     colony._running = running
 
 
+def _take_tuning(colony: Colony, told: Stored) -> None:
+    """Has the agents decide by the parameters that hold in a state."""
+    tuning, groups = told.take("tuning"), {"", *(group.name for group in colony.scenario.groups)}
+    if not (isinstance(tuning, dict) and tuning.keys() <= groups and all(type(own) is dict for own in tuning.values())):
+        raise told.fault("tuning", tuning, "parameters by groups that there are")
+    if tuning != colony._tuning:
+        colony._tuning = tuning
+        colony._take_policies(colony._make_policies())
+        colony._set_up()
+
+
 def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
     """Goes through the episode under way again, without rows and observers, to the same moment."""
     begun = course.take("begun")
@@ -214,8 +249,11 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
         for change in course.listed("changes"):
             each = Stored(change, "a change")
             _step_to(colony, each.whole("steps", 0, steps), answers[: each.whole("answers", 0, len(answers))])
-            seed = each.take("seed")
-            diverge(colony, None if seed is None else each.whole("seed"), each.take("settings"))
+            seed, by_hand = each.take("seed"), each.take("by_hand")
+            if by_hand is not None:
+                colony.change(by_hand)
+            else:
+                diverge(colony, None if seed is None else each.whole("seed"), each.take("settings"))
         _step_to(colony, steps, answers)
     finally:
         colony._rows.hush(False)
@@ -236,8 +274,9 @@ def _go_through(colony: Colony, told: Stored, course: Stored) -> None:
 
 def _step_to(colony: Colony, steps: int, answers: Sequence[Any]) -> None:
     """Goes through the episode under way again to a number of SimPy's steps and of answers from outside."""
-    episode, given = colony._episode, colony._course.answers
+    given = colony._course.answers
     while True:
+        episode = colony._episode
         while episode.asked >= 0 and len(given) < len(answers):
             told = Stored(answers[len(given)], "an answer")
             decision = decision_of(told.take("decision"), colony._world, "an answer")
@@ -250,6 +289,9 @@ def _step_to(colony: Colony, steps: int, answers: Sequence[Any]) -> None:
             return
         if not episode.go_through(steps) and episode.asked < 0:
             raise ColonysimError("going through the episode again came to its end before that moment")
+        if episode.timeline.tunings:
+            colony._tune()
+            continue
         if episode.asked >= 0 and len(given) == len(answers) and episode.stepped < steps:
             raise ColonysimError("going through the episode again came to a decision that nobody has taken")
 
@@ -267,50 +309,68 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
     """
     now: dict[str, Any] = {}
     if settings:
+        asked = colony._asked
+        if not (asked is None or isinstance(asked, str) or callable(asked)):
+            raise ColonysimError(
+                "this policy was given as an object, whose parameters no field of the scenario can set"
+            )
         scenario = changed(colony.scenario, settings)
-        _adopt(colony, scenario)
         now = scenario.settings
+        for path in now:  # what is set now holds from now on, whatever a timeline has set before
+            section, _, name = path.partition(".")
+            if section == "policy":
+                colony._tuning.get("", {}).pop(name, None)
+        adopt(colony, scenario, tuned=True)
     if seed is not None:
         colony._streams = Streams(seed, "fork/")
         if colony._running:
             own = colony._streams.within(f"episode/{colony._number}")
             colony._episode.reseed(own)
             colony._body.reseed(own)  # type: ignore[attr-defined]
-    if colony._running and (seed is not None or settings):
-        change = {
-            "steps": colony._episode.stepped, "answers": len(colony._course.answers), "seed": seed, "settings": now,
-        }  # fmt: skip
-        colony._course.changes.append(change)
+    if seed is not None or settings:
+        colony._course.note_change(colony, seed=seed, settings=now)
 
 
-def _adopt(colony: Colony, scenario: Scenario) -> None:
+def adopt(colony: Colony, scenario: Scenario, due: float | None = None, *, tuned: bool = False) -> None:
     """Goes on with another scenario of the same place: policy and fields are made anew and take over the states.
 
+    Args:
+        colony: The colony, between two events.
+        scenario: The scenario. Its timeline may have one change more at its end, and with that one box more.
+        due: When that change comes in the episode under way, simulated seconds; None if it does not come in it.
+        tuned: Whether policies have other parameters from now on, by which marks may fade otherwise.
+
     Raises:
-        ColonysimError: The policy was given as an object, or would have other fields.
+        ColonysimError: The policy would have other fields.
     """
-    asked, world, number, before = colony._asked, colony._world, colony._number, colony._episode
-    if not (asked is None or isinstance(asked, str) or callable(asked)):
-        raise ColonysimError("this policy was given as an object, whose parameters no field of the scenario can set")
+    world, number, before, policy = colony._world, colony._number, colony._episode, colony._policy
+    for field in colony._fields.values() if tuned else ():
+        field.refresh()
     fields, state = (
         {name: field.state() for name, field in colony._fields.items()},
         episode_state(before) if number else None,
     )
     memories = _memories(colony)
-    made = GroupPolicies(asked, scenario, world, colony._rows)
+    if state is not None and len(scenario.changes) > len(colony.scenario.changes):
+        timeline, comes = state["timeline"], due is not None
+        timeline["due"].append(due if comes else 0.0)
+        timeline["orders"].append(CHANGES + CHANGE_STEP * scenario.changes[-1].number if comes else -1.0)
+    colony.scenario = scenario
     world.adopt(scenario)
-    colony._take_policies(made)
+    colony._take_policies(colony._make_policies())
     colony._files = files_of(scenario.parameters, colony._origin.options, scenario.parts_of_groups)
     if other := fields.keys() ^ colony._fields.keys():
         raise ColonysimError(f"other pheromone fields cannot come or go under way: {', '.join(sorted(other))}")
-    colony.scenario = scenario
     if "episodes" in scenario.overrides:
         colony._count = max(number, scenario.episodes)
     for name, field in colony._fields.items():
         field.restore(fields[name])
     if memories is not None:
-        colony._memories[:] = [colony._policy.restore(agent, memory) for agent, memory in enumerate(memories)]
+        for agent, memory in enumerate(memories):
+            now, then = decider_of(colony._policy, agent), decider_of(policy, agent)
+            colony._memories[agent] = now.take_over(now.restore(agent, memory), then)
     colony._set_up()
+    colony._episode.slice = before.slice
     own = colony._streams.within(f"episode/{number}")
     if colony._running and says_state(colony._body):  # which may have read the scenario when it was reset
         body: Any = colony._body

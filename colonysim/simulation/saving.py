@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["VERSION", "Origin", "Saved", "read_saved", "write_saved"]
 
 FORMAT = "colonysim colony"
-VERSION = 2
+VERSION = 3
 """Of the format; another one is not read."""
 TEXT = "colony.json"
 """The text's name in the archive."""

@@ -52,6 +52,7 @@ class Timeline:
     Attributes:
         armed: How many changes have a time that will come.
         waiting: Changes whose time has come and that wait for something else.
+        tunings: Changes of policies' parameters that have come, and that the colony has not put into effect yet.
     """
 
     def __init__(self, episode: Episode, backend: Backend) -> None:
@@ -65,6 +66,7 @@ class Timeline:
         self._joining = frozenset[int]()
         self._begun: list[tuple[Change, int]] = []
         self.armed, self.waiting = 0, list[_Due]()
+        self.tunings: list[Change] = []
 
     def prepare(self, number: int) -> None:
         """Lets happen to the place what happens at the very start of an episode; the world has just been reset.
@@ -83,6 +85,7 @@ class Timeline:
         """Nothing has happened yet in the episode of a number."""
         self.armed = 0
         self.waiting.clear()
+        self.tunings.clear()
         self._episode.awaited = False
         self._begun.clear()
         for alarm in self._alarms:
@@ -121,7 +124,7 @@ class Timeline:
             return
         self._episode.last_outcome = due
         at = self._make(alarm.change)
-        if self._changed is not None and alarm.change.kind != "fail":
+        if self._changed is not None and alarm.change.kind not in ("fail", "policy"):
             self._changed(alarm.change)
         self._tell(alarm.change, at)
 
@@ -205,6 +208,10 @@ class Timeline:
         elif change.kind == "move_goal":
             nodes = range(len(world.topology))
             self._tell_goal()
+        elif change.kind == "policy":
+            nodes = range(len(world.topology))  # who waits chooses again
+            self.tunings.append(change)
+            episode.pause_at = 0  # before anything else happens the colony has its agents decide by the new values
         if change.kind == "add_agent":
             episode.join(change.agents[0])
         episode.waiting.wake(nodes)

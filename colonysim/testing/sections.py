@@ -29,13 +29,30 @@ def add_sections(
         bodies: Whether groups differ in `robot`, as they may on rigid bodies, instead of `speed`.
     """
     changed = {name: value for name, value in document.items() if name != "agents"}
+    groups = _groups(rng, document["agents"], bodies=bodies)
+    named = [group["name"] for group in groups if group.get("policy") != "random"]
+    tunings = _tunings(rng, named) if "policy" in kinds else []
     return {
         **changed,
-        "changes": random_changes(rng, document, kinds=kinds),
-        "groups": _groups(rng, document["agents"], bodies=bodies),
+        "changes": [*random_changes(rng, document, kinds=kinds), *tunings],
+        "groups": groups,
         "faults": _faults(rng),
         "policy": {"name": rng.choice(["colony", "paper", "oracle"]), **_marks(rng)},
     }
+
+
+def _tunings(rng: random.Random, groups: list[str]) -> list[dict[str, Any]]:
+    """Changes of the policies' parameters, for all agents or a group."""
+    found: list[dict[str, Any]] = []
+    for _ in range(rng.randint(0, 2)):
+        given = rng.choice([{"beta": round(rng.uniform(0.0, 8.0), 2)}, {"epsilon": round(rng.random(), 2), "tries": 1}])
+        change: dict[str, Any] = {"time": round(rng.uniform(0.0, 20.0), 2), "policy": given}
+        if groups and rng.random() < 0.5:
+            change["group"] = rng.choice(groups)
+        else:
+            change["policy"] = {**given, rng.choice(_HALF_LIVES): rng.choice([None, 15.0])}
+        found.append(change)
+    return found
 
 
 def _groups(rng: random.Random, agents: list[int], *, bodies: bool) -> list[dict[str, Any]]:

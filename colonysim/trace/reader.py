@@ -62,7 +62,7 @@ class Run:
         self.path = None if path is None else Path(path).absolute()
         self.manifest = manifest
         self._episodes = episodes
-        self._scenario = scenario
+        self._scenario, self._scenario_sha256 = scenario, manifest.get("scenario_sha256")
         self._groups = groups
         self._tables: dict[str, Rows] = {}
         self._only: Collection[int] | None = None
@@ -184,13 +184,15 @@ class Run:
             TraceError: It is a run without one, such as that of an evaluation.
             ScenarioError: The manifest's scenario is wrong.
         """
-        if self._scenario is not None:
+        # With another hash its timeline has got a change by hand.
+        if self._scenario is not None and self._scenario_sha256 == self.manifest.get("scenario_sha256"):
             return self._scenario
         from colonysim.scenario.loading import scenario_from_document
 
         if self.manifest.get("scenario") is None:
             raise TraceError(f"{self.path}: a run of single pushes, which has no scenario")
         source = "<run>" if self.path is None else f"{self.path / MANIFEST}: scenario"
+        self._scenario_sha256 = self.manifest.get("scenario_sha256")
         self._scenario = scenario_from_document(self.manifest["scenario"], source=source)
         return self._scenario
 

@@ -202,4 +202,5 @@ def change_in_words(event: Event) -> str:
         "add_agent": f"an agent joins at {event.node}",
         "fail": f"agent {event.agent} fails at {event.node}",
         "wipe": "marks are wiped away",
+        "policy": "parameters of the policy change",
     }.get(event.action, event.action)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import FrameType, TracebackType
 
+    from colonysim.scenario.scenario import Scenario
     from colonysim.trace.packing import Packed
     from colonysim.trace.schema import Table, Tap
 
@@ -147,6 +148,23 @@ class TraceWriter:
             if self.directory is not None:
                 write_manifest(self.directory, self.manifest)
 
+    def note_change(self, scenario: Scenario) -> None:
+        """Says in the manifest that the run goes on with another scenario: its timeline has got a change by hand.
+
+        The manifest then holds that scenario, from which the whole run can be repeated; which changes were made by hand
+        stands below "by_hand". A run that is resumed may know more changes than have been made again.
+
+        Raises:
+            TraceError: The directory cannot be written to.
+        """
+        known, count = self.manifest.get("scenario") or {}, len(scenario.changes)
+        if len(known.get("changes") or ()) >= count:
+            return
+        self.manifest.update(scenario=scenario.document, scenario_sha256=scenario.digest)
+        self.manifest["by_hand"] = [*self.manifest.get("by_hand", ()), count - 1]
+        if self.directory is not None:
+            write_manifest(self.directory, self.manifest)
+
     @property
     def rows(self) -> dict[str, int]:
         """How many rows each table has, without those that are still waiting."""
@@ -192,14 +210,21 @@ class TraceWriter:
         Raises:
             TraceError: The directory cannot be written to.
         """
+        if self._tap is not None and time.monotonic() - self._shared >= SHARE_SECONDS:
+            self.share_now()
+
+    def share_now(self) -> None:
+        """Tells the tap what it has not been told yet; as `share`.
+
+        Raises:
+            TraceError: The directory cannot be written to.
+        """
         if self._tap is None:
             return
-        now = time.monotonic()
-        if now - self._shared >= SHARE_SECONDS:
-            self._shared = now
-            for table in self._digests:
-                self.pack(table)
-            self._tap.cut()
+        self._shared = time.monotonic()
+        for table in self._digests:
+            self.pack(table)
+        self._tap.cut()
 
     def pack(self, table: Table) -> None:
         """Takes the table's waiting rows into the hash, and to disk once they are many.

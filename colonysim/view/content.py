@@ -8,6 +8,7 @@ import numpy as np
 
 from colonysim.arguments import wholes
 from colonysim.errors import TraceError
+from colonysim.policies.parameters import shown
 from colonysim.view.bodies import add_bodies, boxes_after
 from colonysim.view.marks import Fields, add_marks
 from colonysim.view.packing import Block
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from colonysim.scenario.changes import Change
     from colonysim.scenario.scenario import Scenario
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Table
     from colonysim.view.columns import Columns
     from colonysim.view.marks import Mark
 
-__all__ = ["add_rows", "chosen_episodes", "gather", "introduce"]
+__all__ = ["add_comings", "add_rows", "chosen_episodes", "gather", "introduce"]
 
 _CHANCE = 10_000
 """Probabilities are kept as parts of ten thousand."""
@@ -84,6 +86,7 @@ def introduce(run: Run) -> Block:
         "chance": _CHANCE,
     }
     _add_place(block, scenario)
+    add_comings(block, scenario, run.manifest.get("by_hand") or ())
     return block
 
 
@@ -151,28 +154,39 @@ def _add_place(block: Block, scenario: Scenario) -> None:
     block.ints("nodes.id", topology.ids, steps=True)
     for name in ("x", "y", "z"):
         block.reals(f"nodes.{name}", getattr(topology, name))
-    ways = topology.edges
-    begins = np.repeat(np.arange(len(topology)), np.diff(np.asarray(ways.first)))
-    ends = np.asarray(ways.ends)
-    once = begins < ends
-    block.ints("edges.a", begins[once], steps=True)
-    block.ints("edges.b", ends[once], steps=True)
-    block.reals("edges.rise", np.asarray(ways.rises)[once])
+    begins, ends, rises = _edges(scenario)
+    block.ints("edges.a", begins, steps=True)
+    block.ints("edges.b", ends, steps=True)
+    block.reals("edges.rise", rises)
     block.head["holes"] = [[hole.node, hole.floor, hole.rim] for hole in scenario.holes]
-    block.ints("boxes.node", [box.node for box in scenario.boxes])
-    block.reals("boxes.height", [box.height for box in scenario.boxes])
     block.ints("agents.node", scenario.agents)
     block.head["goal"] = scenario.goal
-    block.head["later"] = _later(scenario, begins[once], ends[once])
 
 
-def _later(scenario: Scenario, begins: NDArray[Any], ends: NDArray[Any]) -> dict[str, Any]:
-    """What the timeline brings: edges by index, how many of the last boxes and agents, heights, what is wiped."""
+def _edges(scenario: Scenario) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Each edge once, from the smaller index to the larger: its two ends, and how much it rises."""
+    ways = scenario.topology.edges
+    begins = np.repeat(np.arange(len(scenario.topology)), np.diff(np.asarray(ways.first)))
+    ends = np.asarray(ways.ends)
+    once = begins < ends
+    return begins[once], ends[once], np.asarray(ways.rises)[once]
+
+
+def add_comings(block: Block, scenario: Scenario, by_hand: Sequence[int]) -> None:
+    """Adds the boxes, and what the timeline brings: edges by index, how many of the last boxes and agents, heights.
+
+    Args:
+        block: What to add to.
+        scenario: What is run.
+        by_hand: Which changes of its timeline were made by hand.
+    """
+    block.ints("boxes.node", [box.node for box in scenario.boxes])
+    block.reals("boxes.height", [box.height for box in scenario.boxes])
     brought = scenario.newcomers
     absent = brought.edges if brought else frozenset()
-    edges = zip(begins.tolist(), ends.tolist(), strict=True)
-    return {
-        "edges": [e for e, edge in enumerate(edges) if edge in absent] if absent else [],
+    edges = zip(*(column.tolist() for column in _edges(scenario)[:2]), strict=True) if absent else ()
+    block.head["later"] = {
+        "edges": [e for e, edge in enumerate(edges) if edge in absent],
         "boxes": len(brought.boxes) if brought else 0,
         "agents": len(brought.agents) if brought else 0,
         "surfaces": [change.z for change in scenario.changes],
@@ -180,7 +194,17 @@ def _later(scenario: Scenario, begins: NDArray[Any], ends: NDArray[Any]) -> dict
             {"fields": change.fields, "nodes": change.nodes} if change.kind == "wipe" else None
             for change in scenario.changes
         ],
+        "tunings": [_tuning(change) for change in scenario.changes],
+        "byHand": list(by_hand),
     }
+
+
+def _tuning(change: Change) -> str | None:
+    """The parameters that a change sets, in words."""
+    if change.parameters is None:
+        return None
+    words = ", ".join(f"{name} is {shown(value)}" for name, value in change.parameters.items())
+    return f"{change.group}: {words}" if change.group else words
 
 
 def _add_events(block: Block, events: Columns, nodes: _Nodes) -> None:

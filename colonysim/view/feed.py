@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from colonysim.trace.parts import arrow_table, table_schema
 from colonysim.trace.schema import Frame
 from colonysim.view.columns import Columns
-from colonysim.view.content import add_rows
+from colonysim.view.content import add_comings, add_rows
 from colonysim.view.marks import Fields
 from colonysim.view.packing import Block
 from colonysim.view.reading import no_pheromones
@@ -52,7 +52,7 @@ class Feed:
     def __init__(self, run: Run) -> None:
         self.trouble = ""
         self._run = run
-        self._scenario = run.scenario
+        self._agents = len(run.scenario.agents)
         self._fields = Fields(run)
         # Pheromones that cannot be shown right are not shown.
         self._marked = not no_pheromones(run, range(1, run.manifest["episodes"] + 1))
@@ -168,9 +168,11 @@ class Feed:
             self._under_way = _UnderWay(episode)
         before: list[Mark] = self._fields.after(self._frames) if begins and self._frames else []
         self._under_way.add(columns["events"])
-        block = Block()
+        block, scenario, by_hand = Block(), self._run.scenario, self._run.manifest.get("by_hand")
         block.head = {"status": "running", "hash": None, "episodes": [self._result(columns["episodes"])]}
-        add_rows(block, self._scenario, columns.__getitem__, [episode], self._fields, [before])
+        if by_hand:  # which the page has not been told of at the beginning
+            add_comings(block, scenario, by_hand)
+        add_rows(block, scenario, columns.__getitem__, [episode], self._fields, [before])
         frames = columns["frames"]
         if begins:
             self._frames = []
@@ -181,7 +183,7 @@ class Feed:
     def _result(self, episodes: Columns) -> list[Any]:
         """How the episode went, or has gone so far."""
         if not len(episodes):
-            return self._under_way.result(len(self._scenario.agents))
+            return self._under_way.result(self._agents)
         names = ("episode", "steps", "success", "ended", "sim_seconds", "seated")
         return list(next(episodes.rows(names)))
 

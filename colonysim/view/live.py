@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from colonysim.trace.packing import Codes, Packed
     from colonysim.trace.reader import Run
     from colonysim.trace.schema import Table
+    from colonysim.view.controls import Controls
 
 __all__ = ["Live"]
 
@@ -28,10 +29,12 @@ _FAREWELL = 2.0
 class Live:
     """Serves the page of a run under way; hand it to `colonysim.run` as `tap`, and `begin` as `on_start`.
 
-    Pages come, fall behind and go as they like: the run neither waits for them nor knows of them.
+    Pages come, fall behind and go as they like: the run neither waits for them nor knows of them. Only with controls,
+    handed over as `attend`, can whoever looks pause the run, let it go on, and change it.
 
     Args:
         port: Where to listen on this machine; 0 for any that is free.
+        controls: What takes commands from the page; None for a page that only shows.
 
     Example:
         ```python
@@ -41,8 +44,9 @@ class Live:
         ```
     """
 
-    def __init__(self, port: int = 0) -> None:
-        self._server = Server(whole("port", port, 0, 65535))
+    def __init__(self, port: int = 0, controls: Controls | None = None) -> None:
+        self._controls = controls
+        self._server = Server(whole("port", port, 0, 65535), controls)
         self._feed: Feed | None = None
         self.address = self._server.address
 
@@ -52,10 +56,15 @@ class Live:
         return (self._feed.trouble if self._feed else "") or self._server.trouble
 
     def begin(self, run: Run) -> None:
-        """Shows a run that is about to start."""
+        """Shows a run that is about to start, in place of the one before."""
+        if self._feed is not None:
+            self._feed.end()
         self._feed = Feed(run)
         block = introduce(run)
         block.head["live"] = True
+        if self._controls is not None:
+            self._controls.begin(run)
+            block.head["panel"] = self._controls.number
         self._server.show(page(block, live=True), self._feed)
 
     def take(self, table: Table, columns: Mapping[str, Packed], codes: Mapping[str, Codes]) -> None:
@@ -70,6 +79,8 @@ class Live:
 
     def end(self) -> None:
         """Tells the pages how the run ended; they go on being served."""
+        if self._controls is not None:
+            self._controls.end()
         if self._feed is not None:
             self._feed.end()
 

@@ -19,7 +19,7 @@ MODULES = (
     "matrices", "solids", "scene", "charts", "panels", "keys", "main",
 )  # fmt: skip
 #: What follows them in a page that holds its run, and in one that follows a run under way.
-STILL, LIVE = ("still",), ("growth", "live")
+STILL, LIVE = ("still",), ("growth", "teacher", "live")
 _IMPORT = re.compile(r"^import\b[^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=const|let|class|function|async)", re.MULTILINE)
 
@@ -35,7 +35,7 @@ def page(block: Block, live: bool = False) -> str:
         live: Whether the run is under way: the page then asks the server that it came from, and nobody else, for
             what happens.
     """
-    style = _asset("page.css")
+    style = _asset("page.css") + (_asset("teacher.css") if live else "")
     modules = MODULES + (LIVE if live else STILL)
     program = "\n".join(_EXPORT.sub("", _IMPORT.sub("", _asset(f"{name}.js"))) for name in modules)
     connections = "; connect-src 'self'" if live else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hmac
 import io
+import json
 import secrets
 import socket
 import struct
@@ -14,12 +15,13 @@ from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from socketserver import ThreadingTCPServer
-from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qs, urlsplit
+from typing import TYPE_CHECKING, Any, NoReturn
+from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from colonysim.errors import ColonysimError
 
 if TYPE_CHECKING:
+    from colonysim.view.controls import Controls
     from colonysim.view.feed import Feed
 
 __all__ = ["Server"]
@@ -29,20 +31,26 @@ _MOST_AT_ONCE = 64
 """Connections. For one more the oldest that has not shown the token is closed; if all have, the new one is."""
 _HURRY, _PATIENCE = 2.0, 5.0
 """Seconds that a request may take to come in, before the token was seen on a connection and from then on."""
+_MOST_BODY = 2**14
+"""Bytes of a command."""
 
 
 class Server(ThreadingTCPServer):
     """Answers GET requests that carry the token: `/` with the page, `/rows?from=N` with the blocks from N on.
 
-    It listens on the loopback interface, serves nothing that is not in memory, and takes nothing from a request but
-    the token and a number. A request without the token, or with a wrong one, gets 403; so does one for another host,
-    which is what a foreign web site that has its name point here (DNS rebinding) would send.
+    Where there are controls it also takes commands, by POST to `/controls`: one JSON mapping of bounded size, which a
+    page of this server has sent, as the Origin header says; its answer is JSON.
+
+    It listens on the loopback interface, serves nothing that is not in memory, and takes nothing else from a request
+    but the token and a number. A request without the token, or with a wrong one, gets 403; so does one for another
+    host, which is what a foreign web site that has its name point here (DNS rebinding) would send.
 
     Whoever does not know the token cannot keep those out who do: their requests have to come in quickly, and
     where there are too many connections theirs are the first to be closed.
 
     Args:
         port: Where to listen; 0 for any that is free.
+        controls: Take the commands; None for a server that only shows.
 
     Attributes:
         trouble: What went wrong in an answer and was not the client's doing; empty if nothing did.
@@ -56,7 +64,8 @@ class Server(ThreadingTCPServer):
     allow_reuse_address = True
     request_queue_size = 128
 
-    def __init__(self, port: int = 0) -> None:
+    def __init__(self, port: int = 0, controls: Controls | None = None) -> None:
+        self.controls = controls
         self.token = secrets.token_urlsafe(24)
         self.page = b""
         self.feed: Feed | None = None
@@ -91,6 +100,10 @@ class Server(ThreadingTCPServer):
         """Whether a request may be answered, by its Host headers and the token that it carries."""
         meant = hosts in ([f"{HOST}:{self.port}"], [f"localhost:{self.port}"])
         return hmac.compare_digest(token.encode("utf-8", "replace"), self.token.encode()) and meant
+
+    def sent_by_its_page(self, origins: list[str]) -> bool:
+        """Whether a request comes from a page of this server, by the header that browsers send with each POST."""
+        return origins in ([f"http://{HOST}:{self.port}"], [f"http://localhost:{self.port}"])
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Answers in a thread of its own, if there are not too many."""
@@ -135,6 +148,10 @@ class Server(ThreadingTCPServer):
         self.server_close()
 
 
+def _no_number(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no finite number")
+
+
 def _hang_up(connection: socket.socket) -> None:
     """Wakes the thread that waits for a connection, and so ends it."""
     with suppress(OSError):
@@ -177,25 +194,84 @@ class _Answer(BaseHTTPRequestHandler):
         super().handle_one_request()
 
     def do_GET(self) -> None:
-        """Answers the one method there is; the base class refuses all others."""
-        try:
-            url = urlsplit(self.path)
-            query = parse_qs(url.query)
-        except ValueError:
-            self._refuse(HTTPStatus.BAD_REQUEST)
+        """Answers who wants to see something; the base class refuses all methods but this one and POST."""
+        asked = self._admitted()
+        if asked is None:
             return
-        if not self.server.admits(self.headers.get_all("Host", []), query.get("token", [""])[0]):
-            self._refuse(HTTPStatus.FORBIDDEN)
-            return
-        self.server.trust(self.connection)
+        url, query = asked
         if self.server.feed is None:
             self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
         elif url.path == "/":
             self._send(self.server.page, "text/html; charset=utf-8")
         elif url.path == "/rows":
+            controls = self.server.controls
+            if controls is not None and query.get("run", [str(controls.number)])[0] != str(controls.number):
+                self._refuse(HTTPStatus.GONE)  # by a page of a run before this one
+                return
             self._send_rows(self.server.feed, query.get("from", ["0"])[0])
         else:
             self._refuse(HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        """Takes a command."""
+        asked = self._admitted()
+        if asked is None:
+            return
+        controls = self.server.controls
+        if not self.server.sent_by_its_page(self.headers.get_all("Origin", [])):
+            self._refuse(HTTPStatus.FORBIDDEN)
+        elif controls is None or asked[0].path != "/controls":
+            self._refuse(HTTPStatus.NOT_FOUND)
+        elif self.headers.get_all("Content-Type", []) != ["application/json"]:
+            self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+        elif (body := self._body()) is not None:
+            self._obey(controls, body)
+
+    def _admitted(self) -> tuple[SplitResult, dict[str, list[str]]] | None:
+        """What is asked for, by one who may ask; None if the request has been refused."""
+        try:
+            url = urlsplit(self.path)
+            query = parse_qs(url.query)
+        except ValueError:
+            self._refuse(HTTPStatus.BAD_REQUEST)
+            return None
+        if not self.server.admits(self.headers.get_all("Host", []), query.get("token", [""])[0]):
+            self._refuse(HTTPStatus.FORBIDDEN)
+            return None
+        self.server.trust(self.connection)
+        return url, query
+
+    def _body(self) -> bytes | None:
+        """The body of a request; None if the request has been refused, without reading what is too long."""
+        lengths = self.headers.get_all("Content-Length", [])
+        sound = len(lengths) == 1 and lengths[0].isascii() and lengths[0].isdigit() and len(lengths[0]) < 10
+        if "Transfer-Encoding" in self.headers or not sound:
+            self._refuse(HTTPStatus.LENGTH_REQUIRED)
+        elif int(lengths[0]) > _MOST_BODY:
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        else:
+            body = self.rfile.read(int(lengths[0]))
+            if len(body) == int(lengths[0]):
+                return body
+            self._refuse(HTTPStatus.BAD_REQUEST)
+        return None
+
+    def _obey(self, controls: Controls, body: bytes) -> None:
+        """Does what a command says; what cannot be is told in the answer's "error"."""
+        try:
+            command = json.loads(body.decode(), parse_constant=_no_number)
+            if not isinstance(command, dict):
+                raise ValueError("expected a mapping")
+        except (ValueError, RecursionError):
+            self._send_json({"error": "no command: expected a JSON mapping"}, HTTPStatus.BAD_REQUEST)
+            return
+        try:
+            self._send_json(controls.ask(command))
+        except ColonysimError as error:
+            self._send_json({"error": str(error)}, HTTPStatus.CONFLICT)
+
+    def _send_json(self, told: dict[str, Any], status: HTTPStatus = HTTPStatus.OK) -> None:
+        self._send(json.dumps(told).encode(), "application/json", status)
 
     def _send_rows(self, feed: Feed, wanted: str) -> None:
         """The number of the first block, then each block after its length, little-endian."""

@@ -140,7 +140,28 @@ class World:
         self.rim = array("d", [hole.rim for hole in self.scenario.holes])
 
     def adopt(self, scenario: Scenario) -> None:
-        """Goes on with another scenario of the same place, boxes, holes and agents."""
+        """Goes on with another scenario of the same place, holes, agents and boxes.
+
+        It may bring boxes that are not there yet, numbered after the others, and a timeline where there was none. Who
+        has got hold of arrays of boxes or of `visibility` has to ask for them again.
+        """
+        more = scenario.boxes[len(self.box_node) :]
+        if more:
+            heights, bases = array("d", bytes(self.box_height)), array("d", bytes(self.box_base))
+            nodes = array("i", bytes(self.box_node))
+            for box in more:
+                heights.append(box.height)
+                nodes.append(-1)
+                bases.append(0.0)
+                self.box_claim.append(-1)
+                self.box_stray.append(False)
+            self.box_height, self.box_node, self.box_base = heights, nodes, bases
+        if scenario.changes:
+            self.terrain.own_edges()
+        if more or scenario.changes:
+            self._visibility = None
+            if self._sights is not None:
+                self._sights[:] = [None] * len(self._sights)
         self.scenario = scenario
 
     def reset(self) -> None:

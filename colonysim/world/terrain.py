@@ -51,8 +51,12 @@ class Terrain:
                 self._forbidden[edge] = 1
         self._slopes, self._absent = topology.rises, scenario.newcomers.edges if scenario.newcomers else ()
         if scenario.changes:
-            self.rises = array("d", topology.edges.rises)  # those of the topology are everybody's
+            self.own_edges()
             self.restore()
+
+    def own_edges(self) -> None:
+        """Has edges come and go here only: those of the topology are everybody's."""
+        self.rises = array("d", bytes(self.rises))
 
     def restore(self) -> None:
         """Puts the edges back as they are at the start of an episode."""

@@ -107,7 +107,9 @@ def check_anywhere(
             "seed": rng.randrange(10**6), "episodes": rng.randrange(1, 4), **asked,
         }  # fmt: skip
         if "policy" in scenario.document and ways["policy"] == "random":
-            scenario = colonysim.scenario_from_document({**scenario.document, "policy": {"name": "random"}})
+            changes = [change for change in scenario.document.get("changes", ()) if "policy" not in change]
+            document = {**scenario.document, "policy": {"name": "random"}, "changes": changes}
+            scenario = colonysim.scenario_from_document(document)
         path = folder / f"{len(saved)}.npz"
         hashes = saved_somewhere(path, rng, scenario, **ways)
         if hashes is None:
@@ -570,7 +572,7 @@ def test_what_is_no_saved_colony(sound: Path, tmp_path: Path) -> None:
     ("name", "value", "words"),
     [
         ("format", "colonysim run", "not that of a colonysim colony"),
-        ("schema", 99, "in format 99, this one reads format 2"),
+        ("schema", 99, "in format 99, this one reads format 3"),
         ("scenario_sha256", "0" * 64, "not the one that its hash tells of"),
         ("mode", "backwards", "no mode"),
         ("policy", "os:system", "is code of others"),

@@ -107,7 +107,7 @@ class Foreign:
     def __init__(self, part: Any, what: str, world: World, rows: Rows) -> None:
         self._part, self._what, self._rows = part, what, rows
         self.name: str = part.name
-        self._nodes, self._boxes, self._holes = len(world.topology), len(world.box_node), len(world.scenario.holes)
+        self._nodes, self._holes = len(world.topology), len(world.scenario.holes)
         self._world = world
 
     def __deepcopy__(self, memo: dict[int, object]) -> Self:
@@ -117,6 +117,11 @@ class Foreign:
         for name, value in vars(self).items():
             setattr(twin, name, deepcopy(value, memo))
         return twin
+
+    @property
+    def _boxes(self) -> int:
+        """How many boxes there are; some may come while a colony is under way."""
+        return len(self._world.box_node)
 
     def _fault(self, why: str, agent: int | None = None, kind: type[PluginError] = PluginError) -> PluginError:
         who = "" if agent is None else f", agent {agent}"

@@ -8,6 +8,7 @@ export function begin(run) {
 
 export function extend(run, block) {
   Object.assign(run, { status: block.status, hash: block.hash, trouble: block.trouble });
+  if (block.later) Object.assign(run, { later: block.later, boxes: block.boxes }); // of changes that are made by hand
   const [result] = block.episodes;
   if (!result) return;
   const begins = run.episodes.at(-1)?.[0] !== result[0];

@@ -2,6 +2,7 @@
 
 import { begin, extend } from "./growth.js";
 import { start } from "./main.js";
+import { Teacher } from "./teacher.js";
 import { decode, unpack } from "./unpack.js";
 
 const NO_NEWS = 250; // milliseconds from an answer without news to the next question
@@ -11,9 +12,11 @@ const NUMBER = 4; // bytes of a number
 const sleep = (milliseconds) => new Promise((wake) => { setTimeout(wake, milliseconds); });
 
 /** The blocks from a number on, and the number of the one after them. */
-async function blocksFrom(number) {
+async function blocksFrom(number, panel) {
   const token = new URLSearchParams(location.search).get("token");
-  const answer = await fetch(`rows?from=${number}&token=${encodeURIComponent(token)}`, { cache: "no-store" });
+  const of = panel ? `&run=${panel}` : "";
+  const answer = await fetch(`rows?from=${number}${of}&token=${encodeURIComponent(token)}`, { cache: "no-store" });
+  if (answer.status === 410) location.reload(); // another run has begun in its place
   if (!answer.ok) throw new Error(answer.statusText);
   const raw = await answer.arrayBuffer();
   const numbers = new DataView(raw);
@@ -34,7 +37,7 @@ async function followRun(run) {
   while (run.status === "running" && !run.trouble) {
     let news;
     try {
-      news = await blocksFrom(next);
+      news = await blocksFrom(next, run.panel);
     } catch {
       tell("no connection: colonysim has ended, or the run with it");
       await sleep(NO_ANSWER);
@@ -43,7 +46,10 @@ async function followRun(run) {
     for (const block of news.blocks) extend(run, await decode(block));
     ({ next } = news);
     if (news.blocks.length && page) page.grown();
-    else if (run.episodes.length && !page) page = start(run);
+    else if (run.episodes.length && !page) {
+      page = start(run);
+      if (run.panel) page.teacher = new Teacher(run, page);
+    }
     if (page) tell("under way");
     if (!news.blocks.length) await sleep(NO_NEWS);
   }

@@ -50,7 +50,8 @@ function changeOf(run, row) {
   const { events, nodes } = run;
   const [node, target] = [nodes.id[events.node[row]], nodes.id[events.target[row]]];
   const box = `box ${events.box[row]}`;
-  return {
+  const hand = run.later.byHand.includes(events.step[row]) ? "by hand: " : "";
+  return hand + {
     add_edge: `edge ${node} – ${target} comes`,
     remove_edge: `edge ${node} – ${target} goes`,
     set_surface: `the surface of ${node} changes`,
@@ -60,6 +61,7 @@ function changeOf(run, row) {
     add_agent: `an agent joins at ${node}`,
     fail: `agent ${events.agent[row]} fails at ${node}`,
     wipe: "marks are wiped away",
+    policy: run.later.tunings[events.step[row]],
   }[run["words.action"][events.action[row]]];
 }
 

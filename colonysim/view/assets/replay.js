@@ -66,6 +66,7 @@ export class Replay {
     this.last = events.first[this.episode + 1];
     this.lastDeposit = deposits.first[this.episode + 1];
     this.duration = Math.max(1, this.last > this.first ? events.time[this.last - 1] : 1);
+    this.makeRoom();
     this.indexEnds();
     this.nextEnd.set(passed.map((count, agent) => this.endsFirst[agent] + count));
     if (slots.field.length > this.values.length) {
@@ -76,6 +77,17 @@ export class Replay {
     this.choicesFirst = null;
     this.markVersion++;
     this.place();
+  }
+
+  /** A box that was dropped by hand needs a place of its own. */
+  makeRoom() {
+    const count = this.run.boxes.node.length;
+    if (count === this.boxNode.length) return;
+    for (const [name, Kind, none] of [["boxNode", Int32Array, -1], ["boxX", Float32Array, NaN], ["boxY", Float32Array, NaN], ["pushed", Uint8Array, 0]]) {
+      const more = new Kind(count).fill(none);
+      more.set(this[name]);
+      this[name] = more;
+    }
   }
 
   /** For each agent the events that end its actions, one agent after the other; and how long the longest took. */
