@@ -64,6 +64,7 @@ class Controls:
                 "kinds": [], "path": "" if path is None else str(path), "episode": 0, "time": 0.0,
             }  # fmt: skip
             self._made, self._over, self._anew, self._steps, self._last = [], False, False, 0, (0, 0.0)
+            self._forget("the run has begun anew")
 
     def attend(self, colony: Colony, share: Callable[[], None]) -> None:
         """Does what was asked for, waits as long as the pace says, and while the run is paused.
@@ -104,10 +105,14 @@ class Controls:
         """The run is over: nothing can be asked of it but to begin anew."""
         with self._turn:
             self._over = True
-            for _, answer in self._asked:
-                answer.set_exception(ColonysimError("the run is over"))
-            self._asked.clear()
+            self._forget("the run is over")
             self._turn.notify_all()
+
+    def _forget(self, why: str) -> None:
+        """Answers those who have asked for a change that will not be made."""
+        for _, answer in self._asked:
+            answer.set_exception(ColonysimError(why))
+        self._asked.clear()
 
     def wait_for_reset(self) -> None:
         """Waits, after the end of a run, until it is to begin anew."""

@@ -218,9 +218,11 @@ class _Answer(BaseHTTPRequestHandler):
         if asked is None:
             return
         controls = self.server.controls
-        if not self.server.sent_by_its_page(self.headers.get_all("Origin", [])):
+        if controls is None:
+            self._refuse(HTTPStatus.NOT_IMPLEMENTED)
+        elif not self.server.sent_by_its_page(self.headers.get_all("Origin", [])):
             self._refuse(HTTPStatus.FORBIDDEN)
-        elif controls is None or asked[0].path != "/controls":
+        elif asked[0].path != "/controls":
             self._refuse(HTTPStatus.NOT_FOUND)
         elif self.headers.get_all("Content-Type", []) != ["application/json"]:
             self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)

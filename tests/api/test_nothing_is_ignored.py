@@ -24,6 +24,7 @@ PROTOCOLS = {
     "undertake", "come",  # what the simulation asks of backends, and SimPy's callbacks
     "scripted",  # an executor without chance
     "state", "reseed",  # of a memory whoever it is of, and of what draws nothing
+    "take_over",  # of a policy that remembers nothing of its parameters
     "decide", "deposit", "handle_error", "_show_warning",  # what the bench brings, what a server and `warnings` call
 }  # fmt: skip
 
@@ -121,8 +122,8 @@ def test_what_a_drawing_would_not_show(run, folder):
     ("words", "message"),
     [
         ("run sanity --no-trace -o here", "--no-trace and --out"),
-        ("run sanity --pace 3", "--pace: only a node world that is seen"),
-        ("run sanity --backend mock --live --pace 3", "--pace: only a node world that is seen"),
+        ("run sanity --pace 3", "--pace: only a run with --live, or a node world with --watch"),
+        ("run sanity --backend mock --watch --pace 3", "--pace: only a run with --live, or a node world with --watch"),
         ("run sanity --port 8000", "--port: only with --live"),
         ("run sanity --no-open", "--no-open: only with --live"),
         ("run sanity --push rl", "the node world has no bodies"),

@@ -314,3 +314,24 @@ def test_a_run_that_was_changed_by_hand_and_stopped_is_gone_on_with(tmp_path: Pa
         with pytest.raises(StopError):
             colonysim.run("hard", seed=3, episodes=2, out=out, attend=attend(18.0), checkpoint_every=every)
         assert colonysim.resume(out).trace_sha256 == whole.trace_sha256
+
+
+def test_on_rigid_bodies_it_comes_to_the_same_and_no_box_can_come(engine: str, tmp_path: Path) -> None:
+    scenario, sink = colonysim.load_scenario("sanity", None, {"max_steps": 12}), writer(2)
+    with Colony(scenario, backend=engine, seed=3, episodes=2, sink=sink) as colony:
+        go_to(colony, 1, 1.0)
+        assert "add_box" not in colony.changeable
+        with pytest.raises(ScenarioError, match="builds all bodies from the beginning: by hand none can come or go"):
+            colony.change({"add_box": {"node": scenario.topology.ids[0], "height": 0.35}})
+        colony.change({"policy": {"beta": 0.5, "exploration_half_life": 20.0}})
+        go_to(colony, 1, 4.0)
+        colony.change({"wipe": {"fields": ["D"]}})
+        go_to(colony, 1, 7.0)
+        colony.save(tmp_path / "colony.npz")
+        fork, loaded = colony.fork(), Colony.load(tmp_path / "colony.npz")
+        for _ in range(6):
+            assert colony.step() is not None
+        found, again = run_to_end(colony, sink), colony.scenario
+        assert again.document["changes"][:2] == loaded.scenario.document["changes"]
+        assert list(fork) == list(loaded)
+    assert found == written(again, backend=engine, seed=3, episodes=2)

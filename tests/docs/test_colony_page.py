@@ -12,8 +12,9 @@ def test_the_examples_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     names: dict[str, object] = {"directory": tmp_path / "run"}
     for code in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL):
         exec(compile(code, str(PAGE), "exec"), names)
-    held, shown, spread = capsys.readouterr().out.splitlines()
+    held, shown, changed, spread = capsys.readouterr().out.splitlines()
     assert held.startswith("12.0 [") and shown.startswith("<Colony hard: episode 3 of ")
+    assert changed.startswith("{'policy': {'beta': 0.5}, 'episode': 1, 'time': 12.0") and changed.endswith(" {}")
     assert len(names["levels"]) > 30 and names["levels"][20].sum() > 0  # type: ignore[arg-type, index]
     assert re.fullmatch(r"\[\d+\.\d+, \d+\.\d+, \d+\.\d+\]", spread)
 

@@ -343,7 +343,7 @@ def test_a_command_that_never_comes_in_whole_holds_nobody_up(lesson: Lesson) -> 
 def test_a_page_without_controls_takes_no_commands() -> None:
     with Live() as live:
         colonysim.run("sanity", episodes=1, trace=False, tap=live, on_start=live.begin)
-        assert post(live, b'{"do": "look"}')[0] == 404
+        assert post(live, b'{"do": "look"}')[0] == 501
 
 
 def test_when_the_run_is_over_it_says_so(lesson: Lesson) -> None:
