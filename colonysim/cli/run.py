@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -253,8 +254,11 @@ def command(
 
 
 def _anew(out: Path | None, before: int) -> Path | None:
-    """Where a run is recorded that begins anew, after so many: beside the first."""
-    return out if out is None or not before else out.with_name(f"{out.name}-{before + 1}")
+    """Where a run is recorded that begins anew, after so many: beside the first, where there is nothing yet."""
+    if out is None or not before:
+        return out
+    numbered = (out.with_name(f"{out.name}-{number}") for number in itertools.count(before + 1))
+    return next(path for path in numbered if not path.exists())
 
 
 def _stays(page: Live, controls: Controls) -> bool:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import random
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from typer.testing import CliRunner
 
 import colonysim
 from colonysim import Colony, ColonysimError, Scenario
 from colonysim.backends.mock import Mock
+from colonysim.cli import app
 from colonysim.errors import ScenarioError
 from colonysim.policies.uniform import Uniform
 from colonysim.testing.sections import add_sections
@@ -212,6 +215,9 @@ def test_parameters_that_cannot_be_are_refused_where_they_stand(
     )
     with pytest.raises(ScenarioError, match=words):
         Colony(file)
+    told = CliRunner().invoke(app, ["validate", str(file)])
+    assert told.exit_code == 2
+    assert re.search(words, told.output)
 
 
 @pytest.mark.parametrize(
