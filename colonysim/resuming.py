@@ -14,6 +14,7 @@ from colonysim.processes import refuse_rerun
 from colonysim.progress import following, shows
 from colonysim.provenance import files_of, other_file
 from colonysim.recording import CHECKPOINT, LONGEST, SHORTEST, play, recording, start_with
+from colonysim.scenario.assemble import digest
 from colonysim.simulation import Colony
 from colonysim.simulation.keeping import loaded
 from colonysim.simulation.origins import importable, known, refuse_code_of_others, refuse_executor_of_others
@@ -201,6 +202,8 @@ def _check_fits(saved: Saved, manifest: dict[str, Any], path: Path) -> None:
 def _same_so_far(document: Mapping[str, Any], manifest: Mapping[str, Any]) -> bool:
     """Whether a scenario is that of a run, but for changes at its end that may have been made by hand later."""
     ours = manifest["scenario"]
+    if digest(ours) != manifest.get("scenario_sha256"):
+        return False
     before, by_hand = list(document.get("changes") or ()), set(manifest.get("by_hand") or ())
     now = list(ours.get("changes") or ())
     rest = [{name: value for name, value in each.items() if name != "changes"} for each in (document, ours)]
