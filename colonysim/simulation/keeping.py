@@ -316,6 +316,7 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
             )
         scenario = changed(colony.scenario, settings)
         now = scenario.settings
+        _refuse_past(colony, scenario, now)
         for path in now:  # what is set now holds from now on, whatever a timeline has set before
             section, _, name = path.partition(".")
             if section == "policy":
@@ -329,6 +330,17 @@ def diverge(colony: Colony, seed: int | None, settings: Mapping[str, Any] | Sequ
             colony._body.reseed(own)  # type: ignore[attr-defined]
     if seed is not None or settings:
         colony._course.note_change(colony, seed=seed, settings=now)
+
+
+def _refuse_past(colony: Colony, scenario: Scenario, settings: Mapping[str, Any]) -> None:
+    """Refuses settings that speak of what has happened already."""
+    fixed = {name for n in range(len(colony._agents)) for name in getattr(decider_of(colony._policy, n), "fixed", ())}
+    for path in settings:
+        if path.removeprefix("policy.") in fixed:
+            raise ScenarioError(f"--set {path}: cannot change under way, as marks are kept by it")
+    if colony._running and scenario.time_limit is not None and scenario.time_limit <= colony.now:
+        limit = f"--set time_limit={scenario.time_limit:g}"
+        raise ScenarioError(f"{limit}: the episode under way is at {colony.now:g} s, expected more than that")
 
 
 def adopt(colony: Colony, scenario: Scenario, due: float | None = None, *, tuned: bool = False) -> None:

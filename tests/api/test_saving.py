@@ -278,12 +278,30 @@ def test_settings_change_from_that_moment_on(tmp_path: Path) -> None:
     assert marks.fields["E"].values().sum() < 0.5 * forgetful.fields["E"].values().sum()
 
 
+@pytest.mark.parametrize(("before", "after"), [(None, 5.0), (5.0, None), (5.0, 1.0)])
+def test_another_half_life_counts_from_that_moment_on(before: float | None, after: float | None) -> None:
+    names = ("distance", "box", "hole", "exploration")
+    scenario = colonysim.load_scenario("hard", None, {f"policy.{name}_half_life": before for name in names})
+    colony = Colony(scenario, seed=1, episodes=2)
+    colony.run_until(time=20.0)
+    fork = colony.fork(overrides={f"policy.{name}_half_life": after for name in names})
+    for name, field in colony.fields.items():
+        assert fork.fields[name].items() == pytest.approx(field.items(), rel=1e-9), name
+    nodes = fork.fields["E"].values().max()
+    fork.run_until(time=20.001)
+    assert fork.fields["E"].values().max() == pytest.approx(nodes, rel=1e-2)
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
         ({"policy.name": "random"}, "cannot change under way"),
         ({"agents": [2, 8]}, "cannot change under way"),
         ({"mode": "synchronous"}, "cannot change under way"),
+        ({"policy.preset": "paper"}, "cannot change under way"),
+        ({"policy.exploration_diffusion": 0.5}, "cannot change under way, as marks are kept by it"),
+        ({"policy.diffusion_period": 2.0}, "cannot change under way, as marks are kept by it"),
+        ({"time_limit": 12.0}, "time_limit=12: the episode under way is at 12 s, expected more than that"),
         ({"policy.betta": 1}, "did you mean 'beta'"),
         ({"policy.extra_fields": ["nothing:Here"]}, "nothing"),
     ],

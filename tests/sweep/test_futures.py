@@ -96,7 +96,7 @@ def test_a_run_that_goes_otherwise_is_told(run: Run, tmp_path: Path) -> None:
 
 def test_groups_are_told_apart(tmp_path: Path) -> None:
     groups = [{"name": "few", "agents": {"count": 1, "seed": 1}}, {"name": "many", "agents": {"count": 3, "seed": 2}}]
-    scenario = colonysim.load_scenario("hard", overrides={"agents": [], "groups": groups})
+    scenario = colonysim.load_scenario("hard", overrides={"agents": None, "groups": groups})
     run = colonysim.run(scenario, seed=3, episodes=1, out=tmp_path / "run")
     fork_run(run.path, tmp_path / "out", at=5.0, overrides=["policy.beta=0.2"], seeds=[0, 1], workers=1)  # type: ignore[arg-type]
     found = compare([tmp_path / "out"], by_group=True)
