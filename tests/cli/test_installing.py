@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,24 @@ import pytest
 from colonysim import installing
 
 ROOT = Path(installing.__file__).parents[1]
+
+
+@pytest.fixture(autouse=True)
+def activated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The environment of this interpreter is activated, so that `pip` is its own."""
+    monkeypatch.setenv("VIRTUAL_ENV", sys.prefix)
+
+
+@pytest.mark.skipif(sys.prefix == sys.base_prefix, reason="not in a virtual environment")
+def test_without_an_activated_environment_pip_is_this_interpreter_s(monkeypatch: pytest.MonkeyPatch) -> None:
+    for other in (None, "/somewhere/else"):
+        if other is None:
+            monkeypatch.delenv("VIRTUAL_ENV")
+        else:
+            monkeypatch.setenv("VIRTUAL_ENV", other)
+        monkeypatch.chdir(ROOT)
+        python, *rest = shlex.split(installing.install_command("plot"))
+        assert Path(ROOT, python) == Path(sys.executable) and rest == ["-m", "pip", "install", ".[plot]"]
 
 
 @pytest.fixture

@@ -94,7 +94,7 @@ def test_what_is_missing_is_told(monkeypatch):
     with pytest.raises(ColonysimError, match="no render mode 'human_'; did you mean 'human'"):
         rl.aec("hard", render_mode="human_")
     monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(MissingExtraError, match=r"render_mode='human' needs pygame .*: pip install .*\[window\]"):
+    with pytest.raises(MissingExtraError, match=r"render_mode='human' needs pygame .*: .*pip install .*\[window\]"):
         rl.parallel("hard", render_mode="human")
 
 
