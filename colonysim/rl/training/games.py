@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import hypot
+from math import dist
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -41,6 +41,7 @@ class Path:
         chance: Logarithm of the chance with which it did that.
         reward: What it was paid until its next decision, or the end, discounted to the time of the decision.
         discount: What a reward at that next decision is worth at the decision.
+        away: How far from the goal it was at its last decision, graph units.
     """
 
     told: list[tuple[NDArray[np.float32], NDArray[np.int8], NDArray[np.float32]]] = field(default_factory=list)
@@ -48,6 +49,7 @@ class Path:
     chance: list[float] = field(default_factory=list)
     reward: list[float] = field(default_factory=list)
     discount: list[float] = field(default_factory=list)
+    away: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,10 +134,11 @@ class Game:
         agent = turns.asked
         assert agent is not None
         numbers, mask = turns.observe(agent)
+        path = self._open[agent]
+        path.away = dist((0.0, 0.0), numbers[:2].tolist())
         if self._symmetry is not None:
             order, signs = self._symmetry
             numbers = numbers[order] * signs
-        path = self._open[agent]
         more = self._summary() if self._central else NOTHING
         if path.action:
             path.discount.append(self._worth(turns.info(agent, turns.since(agent), mask)["dt"]))
@@ -147,7 +150,7 @@ class Game:
         turns, count = self.turns, max(1, len(self._open))
         colony = turns.colony
         assert colony is not None
-        away = [_far(path) for agent, path in self._open.items() if agent not in turns.ends]
+        away = [path.away for agent, path in self._open.items() if agent not in turns.ends]
         there = sum(end == TERMINAL[0] for end in turns.ends.values())
         return np.array([
             len(away) / count, there / count, len(turns.ends) / count - there / count,
@@ -213,11 +216,6 @@ class Game:
         reasons = set(turns.ends.values()) - {TERMINAL[0]}
         number = len(self.episodes) + 1
         self.episodes.append(Episode(scenario.name, number, success, seconds, ", ".join(sorted(reasons)) or "goal"))
-
-
-def _far(path: Path) -> float:
-    """How far from the goal an agent was at its last decision, graph units; 0 if it has decided nothing."""
-    return float(hypot(*path.told[-1][0][:2])) if path.told else 0.0
 
 
 def play(games: Sequence[Game], decide: Callable[[Sequence[Game]], Decided]) -> None:
