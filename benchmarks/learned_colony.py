@@ -67,8 +67,7 @@ def scenario_of(unit: Unit, models: Path) -> Scenario:
     if isinstance(unit.place, int):
         document = place(Purpose.JUDGE, unit.place).document
     else:
-        # Their edges take longer than those of the places, and their agents wait more: six times the median makespan
-        # of the rule and more.
+        # Several times what the rule needs there.
         document = {**colonysim.load_scenario(unit.place).document, "time_limit": 600.0}
     policy = RULES.get(unit.policy) or {
         "name": "learned", "model": str((models / f"seed-{unit.training}" / LEARNED[unit.policy]).resolve())

@@ -205,7 +205,6 @@ def policy(
     from colonysim.suggest import nearest
 
     need("torch", "train", "training")
-    need("pettingzoo", "rl", "learning")
     from colonysim.rl.training.presets import PRESETS
     from colonysim.rl.training.trainer import train_policy
 

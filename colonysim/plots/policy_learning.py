@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["is_of_policy", "policy_curves_figure", "policy_learning_figure"]
 
 _NUMBERS = ("decisions", "tested.success", "tested.seconds")
+_LARGEST = 1e12
 
 
 def is_of_policy(history: Any) -> bool:
@@ -48,8 +49,8 @@ def policy_learning_figure(folder: Path, sheet: Sheet = SCREEN) -> Figure:
             continue
         numbers = [found_at(each, name) for name in _NUMBERS]
         for name, value in zip(_NUMBERS, numbers, strict=True):
-            if not is_a(value, float):
-                raise ColonysimError(f"{file}: {i}.{name}: expected a number")
+            if not is_a(value, float) or not abs(value) <= _LARGEST:
+                raise ColonysimError(f"{file}: {i}.{name}: expected a number, at most {_LARGEST:g}")
         tests.append(numbers)
     if not tests:
         raise ColonysimError(f"{folder}: no test of this training is complete, so there is nothing to draw yet")

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("pettingzoo")
 pytest.importorskip("torch")
 
 import torch

@@ -27,8 +27,8 @@ class ImitationConfig:
         held_out: Share of the runs whose decisions are not learned from, but compared with.
     """
 
-    runs: Count = 360
-    epochs: int = 12
+    runs: Count = 300
+    epochs: int = 8
     batch: Count = 256
     learning_rate: Positive = 1e-3
     held_out: Share = 0.1
@@ -56,18 +56,18 @@ class PPOConfig:
         failure: What it costs an agent to end its episode elsewhere than at the goal, in travelled edges.
     """
 
-    iterations: int = 600
+    iterations: int = 160
     runs: Count = 24
-    epochs: Count = 3
+    epochs: Count = 4
     batch: Count = 512
-    learning_rate: Positive = 3e-4
+    learning_rate: Positive = 5e-4
     clip: Positive = 0.2
     discount: Share = 0.99
     trace_decay: Share = 0.95
     entropy: NotNegative = 0.01
     gradient_clip: Positive = 0.5
     critic: Literal["local", "central"] = "central"
-    critic_first: int = 5
+    critic_first: int = 3
     own_time: NotNegative = 1.0
     failure: NotNegative = 40.0
 
