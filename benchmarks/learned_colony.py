@@ -4,6 +4,7 @@
     python benchmarks/learned_colony.py run
     python benchmarks/learned_colony.py table
     python benchmarks/learned_colony.py plot --out docs/images
+    python benchmarks/learned_colony.py film --out docs/images
 
 `train` trains with the preset `small`, goes on from checkpoints, and adds the curve of each training to the results;
 `run` plays each policy at each place with each seed and adds a line a run; what is there already is skipped. Marks last
@@ -21,7 +22,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
+from tempfile import TemporaryDirectory
 from typing import Any
+
+import numpy as np
 
 import colonysim
 from colonysim.intervals import of_mean
@@ -33,10 +37,12 @@ from colonysim.rl.training.places import KINDS, place
 from colonysim.rl.training.presets import PRESETS
 from colonysim.rl.training.trainer import Progress, train_policy
 from colonysim.scenario.scenario import Scenario
+from colonysim.video.film import Film
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results" / "learned_colony.jsonl"
 MODELS = Path("runs/learned_colony")
 PLACES, SEEDS, EPISODES = 20, 5, 6
+FPS = 8
 MAPS = ("easy", "medium", "hard")
 RULES: dict[str, dict[str, Any]] = {
     "random": {"name": "random"}, "paper": {"name": "paper"}, "colony": {"name": "colony"},
@@ -246,6 +252,36 @@ def plot(options: argparse.Namespace) -> None:
         figure.savefig(options.out / "learned-curves.svg", metadata={"Date": None})
 
 
+class Beside:
+    """Two films beside each other, at the same pace; the shorter one rests on its last image."""
+
+    def __init__(self, left: Film, right: Film) -> None:
+        self.films, self.fps = (left, right), left.fps
+        self.size = (left.size[0] + right.size[0], left.size[1])
+
+    def __len__(self) -> int:
+        return max(map(len, self.films))
+
+    def __getitem__(self, number: int) -> Any:
+        return np.concatenate([film[min(number, len(film) - 1)] for film in self.films], axis=1)
+
+
+def film(options: argparse.Namespace) -> None:
+    from colonysim.video.encode import encode
+
+    films = []
+    with TemporaryDirectory() as folder:
+        for name, training in (("colony", -1), ("learned", options.training)):
+            scenario = scenario_of(Unit(name, training, options.place, 0), options.models)
+            run = colonysim.run(scenario, episodes=1, seed=options.seed, out=Path(folder) / name)
+            result = run.episodes[0]
+            print(f"{name}: success {result.success}, {result.sim_seconds:.1f} s")
+            frames = max(2, round(result.sim_seconds / options.pace * FPS))
+            films.append(Film(run, result, frames=frames, fps=FPS, size=(360, 270)))
+        options.out.mkdir(parents=True, exist_ok=True)
+        encode(Beside(*films), options.out / "learned-beside.gif", ".gif", lambda done, total: None)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--results", type=Path, default=RESULTS)
@@ -253,7 +289,7 @@ def main() -> None:
     parts = parser.add_subparsers(required=True)
     for name, call in (("train", train), ("run", run)):
         part = parts.add_parser(name)
-        part.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="seeds of the trainings")
+        part.add_argument("--seeds", type=int, nargs="*", default=[0, 1, 2], help="seeds of the trainings")
         part.set_defaults(call=call)
         if name == "run":
             part.add_argument("--workers", type=int, default=1)
@@ -261,6 +297,13 @@ def main() -> None:
     part = parts.add_parser("plot")
     part.add_argument("--out", type=Path, default=Path("docs/images"))
     part.set_defaults(call=plot)
+    part = parts.add_parser("film")
+    part.add_argument("--out", type=Path, default=Path("docs/images"))
+    part.add_argument("--place", type=int, default=5)
+    part.add_argument("--seed", type=int, default=0)
+    part.add_argument("--training", type=int, default=0)
+    part.add_argument("--pace", type=float, default=2.5, help="simulated seconds that pass in a second of the film")
+    part.set_defaults(call=film)
     options = parser.parse_args()
     options.call(options)
 

@@ -212,8 +212,10 @@ class _Run:
         self.history.append(self._imitate() if len(self.history) < epochs else self._improve())
         if len(self.history) == epochs:
             self.kept["imitated"] = self.kept["best"] = self._weights()
-        elif self.history[-1].tested is not None and self._score() <= self._best():
-            self.kept["best"], self.best_round = self._weights(), self.history[-1].round
+        elif self.history[-1].tested is not None:
+            now = self.history[-1].round
+            if self._score(now) <= self._score(self.best_round):
+                self.kept["best"], self.best_round = self._weights(), now
 
     def _imitate(self) -> Progress:
         from colonysim.rl.training.imitation import gather
@@ -271,20 +273,11 @@ class _Run:
         play(games, lambda asked: self.learner.decide(asked, rng if choice == "sampled" else None))
         return _tested([episode for game in games for episode in game.episodes])
 
-    def _tests(self, until: int | None = None) -> list[Tested]:
-        history = self.history if until is None else [each for each in self.history if each.round <= until]
-        return [each.tested for each in history if each.phase == "ppo" and each.tested is not None][-SCORED:]
-
-    def _score(self) -> float:
-        """Mean seconds of the last tests; of the first ones no network has enough to be judged by."""
-        tests = self._tests()
-        return float(np.mean([each.seconds for each in tests])) if len(tests) == SCORED else float("inf")
-
-    def _best(self) -> float:
-        """The score of the best network so far."""
-        if not self.best_round:
-            return float("inf")
-        return float(np.mean([each.seconds for each in self._tests(self.best_round)]))
+    def _score(self, until: int) -> float:
+        """Mean seconds of the last `SCORED` tests up to an iteration; infinite before there are so many."""
+        tests = [each.tested.seconds for each in self.history if each.phase == "ppo" and each.tested is not None
+                 and each.round <= until][-SCORED:]  # fmt: skip
+        return float(np.mean(tests)) if len(tests) == SCORED else float("inf")
 
     def _weights(self) -> dict[str, NDArray[Any]]:
         return {key: array for key, array in self.learner.dump().items() if key.startswith("weights_")}
