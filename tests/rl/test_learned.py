@@ -182,7 +182,7 @@ def test_the_policy_that_comes_with_the_package_runs_by_its_name(tmp_path):
                                     "--episodes", "1", "--out", str(tmp_path / "run")])  # fmt: skip
     assert done.exit_code == 0, done.output
     assert Run.open(tmp_path / "run").manifest["policy"] == "learned"
-    with pytest.raises(ModelError, match="small-world: is no model; expected .*, or small-worlds"):
+    with pytest.raises(ModelError, match=r"small-world: is no model; expected .*, or small-worlds"):
         rl.load_policy("small-world")
 
 

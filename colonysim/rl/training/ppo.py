@@ -126,19 +126,19 @@ class Learner:
         """Logarithms of the chances of all actions, shape (n, actions)."""
         return torch.log_softmax(self.policy(told).masked_fill(~mask, FORBIDDEN), dim=1)
 
-    def decide(self, games: Sequence[Game], rng: np.random.Generator | None) -> Decided:
+    def decide(self, games: Sequence[Game], rng: np.random.Generator) -> Decided:
         """Decides for the agents that are asked.
 
         Args:
             games: Games in which somebody is asked.
-            rng: Draws the actions; None for the most likely ones.
+            rng: Draws the actions.
         """
         each = [game.told() for game in games]
         told, mask = (torch.from_numpy(np.stack([one[i] for one in each])) for i in range(2))
         with torch.no_grad():
             logits = self.logits(told, mask.bool()).numpy()
-        noise = 0.0 if rng is None else rng.gumbel(size=logits.shape)
-        actions = (logits + noise).argmax(axis=1).tolist()
+        # The largest of logits with Gumbel noise is a draw by their softmax.
+        actions = (logits + rng.gumbel(size=logits.shape)).argmax(axis=1).tolist()
         return Decided(actions, actions, logits[np.arange(len(games)), actions].tolist())
 
     def imitate(self, lessons: Lessons, left: float, rng: np.random.Generator) -> float:

@@ -36,11 +36,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Progress", "Tested", "TrainedPolicy", "train_policy"]
 
-CHOICES = ("sampled", "greedy")
+CHOICE = "sampled"
+"""PPO improves a policy that draws its actions; without memory, always doing what is likeliest may lead in circles."""
 SCORED = 3
 """A network is judged by its last tests, so many."""
-_PLAYOFF = 4
-"""Runs at each place when ways to choose are compared at the end."""
+_RUNS = 4
+"""Runs at each place of the test that a card tells of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,11 +257,10 @@ class _Run:
             _tested([episode for game in games for episode in game.episodes]), self.test() if due else None, told,
         )  # fmt: skip
 
-    def test(self, choice: str = "sampled", first: int = 0, runs: int = 1) -> Tested:
+    def test(self, first: int = 0, runs: int = 1) -> Tested:
         """Plays the network as it is on the places of the tests.
 
         Args:
-            choice: How its values become actions, of `CHOICES`.
             first: Number of the first run at each place; runs of another number are other ones.
             runs: Runs at each place.
         """
@@ -270,7 +270,7 @@ class _Run:
             for number, where in enumerate(self.test_places)
         ]
         rng = episode_rng(Purpose.TUNE, self.seed, first)
-        play(games, lambda asked: self.learner.decide(asked, rng if choice == "sampled" else None))
+        play(games, lambda asked: self.learner.decide(asked, rng))
         return _tested([episode for game in games for episode in game.episodes])
 
     def _score(self, until: int) -> float:
@@ -336,18 +336,16 @@ class _Run:
         from colonysim.rl.training.network import layers_of
 
         self.learner.restore(weights)
-        # On other runs than those by which the network was chosen.
-        tests = {choice: self.test(choice, 1, _PLAYOFF) for choice in CHOICES}
-        choice = min(CHOICES, key=lambda word: tests[word].seconds)
         about = {
             "version": __version__, "seed": self.seed, "decisions": self.history[-1].decisions if self.history else 0,
             "round": self.config.ppo.iterations if best_round is None else best_round,
             "cpu_seconds": round(self._cpu_seconds()), "config": dataclasses.asdict(self.config),
-            "tests": {word: dataclasses.asdict(test) for word, test in tests.items()},
-            "test_episodes": len(self.test_places) * _PLAYOFF * self.config.episodes,
+            # On other runs than those by which the network was chosen.
+            "test": dataclasses.asdict(self.test(1, _RUNS)),
+            "test_episodes": len(self.test_places) * _RUNS * self.config.episodes,
         }  # fmt: skip
         layers = layers_of(self.learner.policy)
-        return save_policy(self.folder / f"{name}.npz", layers, self.options, choice=choice, marks=MARKS, about=about)
+        return save_policy(self.folder / f"{name}.npz", layers, self.options, choice=CHOICE, marks=MARKS, about=about)
 
 
 def _tested(episodes: Sequence[Episode]) -> Tested:
