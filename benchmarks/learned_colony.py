@@ -274,7 +274,8 @@ def film(options: argparse.Namespace) -> None:
     with TemporaryDirectory() as folder:
         for name, training in (("colony", -1), ("learned", options.training)):
             scenario = scenario_of(Unit(name, training, options.place, 0), options.models)
-            run = colonysim.run(scenario, episodes=1, seed=options.seed, out=Path(folder) / name)
+            short = colonysim.scenario_from_document({**scenario.document, "name": scenario.name.partition("-")[0]})
+            run = colonysim.run(short, episodes=1, seed=options.seed, out=Path(folder) / name)
             result = run.episodes[0]
             print(f"{name}: success {result.success}, {result.sim_seconds:.1f} s")
             frames = max(2, round(result.sim_seconds / options.pace * FPS))
@@ -300,7 +301,7 @@ def main() -> None:
     part.set_defaults(call=plot)
     part = parts.add_parser("film")
     part.add_argument("--out", type=Path, default=Path("docs/images"))
-    part.add_argument("--place", type=int, default=PLACES[0])
+    part.add_argument("--place", type=int, default=23)
     part.add_argument("--seed", type=int, default=0)
     part.add_argument("--training", type=int, default=0)
     part.add_argument("--pace", type=float, default=2.5, help="simulated seconds that pass in a second of the film")
