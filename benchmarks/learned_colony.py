@@ -1,6 +1,7 @@
 """The learned policy beside the rules, on places that it has never seen: success and makespan, and how it learned.
 
     python benchmarks/learned_colony.py train --seeds 0 1 2
+    python benchmarks/learned_colony.py train --seeds 0 --critic local
     python benchmarks/learned_colony.py run
     python benchmarks/learned_colony.py table
     python benchmarks/learned_colony.py plot --out docs/images
@@ -20,7 +21,7 @@ twenty, and nothing was chosen by looking at them. `MAPS` come with the package 
 import argparse
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
@@ -50,7 +51,11 @@ RULES: dict[str, dict[str, Any]] = {
     "colony, decided": {"name": "colony", "beta": 16.0, "epsilon": 0.0, "epsilon_floor": 0.0},
 }  # fmt: skip
 """The rules by name; "decided" is `colony` that never explores and nearly always takes what is best."""
-LEARNED = {"imitated": "policy-imitated.json", "learned": "policy.json"}
+LEARNED = {
+    "imitated": "central-{}/policy-imitated.json", "learned": "central-{}/policy.json", "IPPO": "local-{}/policy.json",
+}  # fmt: skip
+"""Where the networks are of the policies that learned, by the seed of the training: after the imitation, with a critic
+that knows the team's state, and with one that knows what the agent is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +82,7 @@ def scenario_of(unit: Unit, models: Path) -> Scenario:
         # Several times what the rule needs there.
         document = {**colonysim.load_scenario(unit.place).document, "time_limit": 600.0}
     policy = RULES.get(unit.policy) or {
-        "name": "learned", "model": str((models / f"seed-{unit.training}" / LEARNED[unit.policy]).resolve())
+        "name": "learned", "model": str((models / LEARNED[unit.policy].format(unit.training)).resolve())
     }  # fmt: skip
     return colonysim.scenario_from_document({**document, "policy": policy})
 
@@ -93,19 +98,21 @@ def play(task: tuple[Unit, Path]) -> dict[str, Any]:
 
 
 def told_of(run: colonysim.Run, scenario: Scenario) -> list[list[Any]]:
-    """Success, seconds and end of each episode."""
+    """Success and seconds of each episode, and why it ended where not all were at the goal."""
     limit = scenario.time_limit
     assert limit is not None
     return [
-        [round(e.success, 4), round(min(e.sim_seconds, limit) if e.success == 1.0 else limit, 2), e.ended]
+        [1, round(min(e.sim_seconds, limit), 2)] if e.success == 1.0 else [round(e.success, 4), limit, e.ended]
         for e in run.episodes
     ]
 
 
 def train(options: argparse.Namespace) -> None:
-    done = {row["curve"] for row in stored(options.results) if "curve" in row}
+    done = {(row["critic"], row["curve"]) for row in stored(options.results) if "curve" in row}
+    config = PRESETS["small"]
+    config = replace(config, ppo=replace(config.ppo, critic=options.critic))
     for seed in options.seeds:
-        if seed in done:
+        if (options.critic, seed) in done:
             continue
 
         def told(progress: Progress, seed: int = seed) -> None:
@@ -116,7 +123,8 @@ def train(options: argparse.Namespace) -> None:
                     flush=True,
                 )
 
-        trained = train_policy("small", options.models / f"seed-{seed}", seed, resume=True, on_progress=told)
+        folder = options.models / f"{options.critic}-{seed}"
+        trained = train_policy(config, folder, seed, resume=True, on_progress=told)
         assert trained is not None
         tests = [
             [each.phase, each.round, each.decisions, round(each.tested.success, 4), round(each.tested.seconds, 2)]
@@ -126,8 +134,9 @@ def train(options: argparse.Namespace) -> None:
         how = json.loads(trained.card.read_text())["how"]
         agreement = [round(e.told["agreement"], 4) for e in trained.history if e.phase == "imitation"][-1:]
         append_line(options.results, {
-            "curve": seed, "rule": round(rule_on_tests(seed), 2), "best_round": trained.best_round,
-            "cpu_seconds": how["cpu_seconds"], "agreement": agreement, "kept": how["test"], "tests": tests,
+            "curve": seed, "critic": options.critic, "rule": round(rule_on_tests(seed), 2),
+            "best_round": trained.best_round, "cpu_seconds": how["cpu_seconds"], "agreement": agreement,
+            "kept": how["test"], "tests": tests,
         })  # fmt: skip
 
 
@@ -146,7 +155,11 @@ def rule_on_tests(seed: int) -> float:
 def run(options: argparse.Namespace) -> None:
     rows = stored(options.results)
     done = {(row["policy"], row["training"], row["place"], row["seed"]) for row in rows if "policy" in row}
-    policies = [(name, -1) for name in RULES] + [(name, seed) for seed in options.seeds for name in LEARNED]
+    policies = [(name, -1) for name in RULES]
+    policies += [
+        (name, seed) for seed in options.seeds for name, file in LEARNED.items()
+        if (options.models / file.format(seed)).exists()
+    ]  # fmt: skip
     where: list[int | str] = [*PLACES, *MAPS]
     units = [Unit(name, training, at, seed) for name, training in policies for at in where for seed in range(SEEDS)]
     tasks = [(unit, options.models) for unit in units
@@ -223,9 +236,11 @@ def table(options: argparse.Namespace) -> None:
         print(f"| {label} | {' | '.join(f'{good[name]:.3f} | {long[name]:.1f}' for name in MAPS if name in good)} |")
     for row in stored(options.results):
         if "curve" in row:
-            print(f"\ntraining {row['curve']}: agreement of the imitation {row['agreement'][0]:.3f}, best after "
-                  f"{row['best_round']} iterations, {row['tests'][-1][2]} decisions, {row['cpu_seconds']} s of CPU, "
-                  f"tested {row['kept']}")  # fmt: skip
+            print(
+                f"\n{row['critic']} critic, training {row['curve']}: agreement of the imitation "
+                f"{row['agreement'][0]:.3f}, best after {row['best_round']} iterations, "
+                f"{row['tests'][-1][2]} decisions, {row['cpu_seconds']} s of CPU, tested {row['kept']}"
+            )
 
 
 def groups(rows: Sequence[dict[str, Any]]) -> list[tuple[str, list[dict[str, Any]]]]:
@@ -245,7 +260,7 @@ def groups(rows: Sequence[dict[str, Any]]) -> list[tuple[str, list[dict[str, Any
 def plot(options: argparse.Namespace) -> None:
     from colonysim.plots.policy_learning import policy_curves_figure
 
-    rows = [row for row in stored(options.results) if "curve" in row]
+    rows = [row for row in stored(options.results) if "curve" in row and row["critic"] == "central"]
     curves = {f"training {row['curve']}": [test[2:] for test in row["tests"]] for row in rows}
     options.out.mkdir(parents=True, exist_ok=True)
     with SCREEN.drawing():
@@ -295,13 +310,15 @@ def main() -> None:
         part.set_defaults(call=call)
         if name == "run":
             part.add_argument("--workers", type=int, default=1)
+        else:
+            part.add_argument("--critic", choices=["central", "local"], default="central")
     parts.add_parser("table").set_defaults(call=table)
     part = parts.add_parser("plot")
     part.add_argument("--out", type=Path, default=Path("docs/images"))
     part.set_defaults(call=plot)
     part = parts.add_parser("film")
     part.add_argument("--out", type=Path, default=Path("docs/images"))
-    part.add_argument("--place", type=int, default=23)
+    part.add_argument("--place", type=int, default=29)
     part.add_argument("--seed", type=int, default=0)
     part.add_argument("--training", type=int, default=0)
     part.add_argument("--pace", type=float, default=2.5, help="simulated seconds that pass in a second of the film")
