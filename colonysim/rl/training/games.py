@@ -101,9 +101,7 @@ class Game:
         paths: The decisions of the episodes that have ended.
     """
 
-    def __init__(
-        self, scenario: Scenario, seed: int, config: PolicyConfig, symmetry: Symmetry | None = None
-    ) -> None:  # fmt: skip
+    def __init__(self, scenario: Scenario, seed: int, config: PolicyConfig, symmetry: Symmetry | None = None) -> None:
         self.turns = Turns(
             scenario, seed=seed, flat=True, pheromones="keep", neighbours=config.neighbours, boxes=config.boxes,
             holes=config.holes, policy=MARKS,

@@ -10,6 +10,7 @@ from pydantic import Field
 __all__ = ["PRESETS", "ImitationConfig", "PPOConfig", "PolicyConfig"]
 
 Count = Annotated[int, Field(ge=1)]
+Whole = Annotated[int, Field(ge=0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -28,7 +29,7 @@ class ImitationConfig:
     """
 
     runs: Count = 300
-    epochs: int = 8
+    epochs: Whole = 8
     batch: Count = 256
     learning_rate: Positive = 1e-3
     held_out: Share = 0.1
@@ -56,7 +57,7 @@ class PPOConfig:
         failure: What it costs an agent to end its episode elsewhere than at the goal, in travelled edges.
     """
 
-    iterations: int = 160
+    iterations: Whole = 160
     runs: Count = 24
     epochs: Count = 4
     batch: Count = 512
@@ -67,7 +68,7 @@ class PPOConfig:
     entropy: NotNegative = 0.01
     gradient_clip: Positive = 0.5
     critic: Literal["local", "central"] = "central"
-    critic_first: int = 3
+    critic_first: Whole = 3
     own_time: NotNegative = 1.0
     failure: NotNegative = 40.0
 
@@ -95,8 +96,8 @@ class PolicyConfig:
     places: Count = 60
     episodes: Count = 3
     neighbours: Count = 8
-    boxes: int = 4
-    holes: int = 4
+    boxes: Whole = 4
+    holes: Whole = 4
     hidden: tuple[Count, ...] = (48, 48)
     mirrored: bool = True
     test_every: Count = 10
