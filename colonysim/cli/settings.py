@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 from colonysim.errors import ColonysimError
 from colonysim.suggest import nearest
@@ -13,31 +13,47 @@ if TYPE_CHECKING:
 
     from colonysim.push.training.presets import TrainingConfig
 
-__all__ = ["with_settings"]
+    Config = TypeVar("Config")
+
+__all__ = ["with_push_settings", "with_settings"]
 
 _AT_LEAST_ONE = ("steps", "buffer", "batch", "update_every", "train_block", "test_block", "score_blocks", "candidates")
 
 
-def with_settings(config: TrainingConfig, settings: Sequence[str]) -> TrainingConfig:
-    """A configuration with some of its parameters set.
+def with_push_settings(config: TrainingConfig, settings: Sequence[str]) -> TrainingConfig:
+    """A configuration of the push's training with some of its parameters set.
 
     Args:
         config: The configuration.
-        settings: Such as "actions=300", "learner.loss=squared" or "hidden=[64, 64]": the text after "=" is YAML.
+        settings: As for `with_settings`.
 
     Raises:
         ColonysimError: No such parameter, a value that does not fit, or a training that would never end.
+    """
+    config = with_settings(config, settings)
+    if config.actions is None and config.episodes is None:
+        raise ColonysimError("--set: neither actions nor episodes has a limit, so the training would never end")
+    for name in _AT_LEAST_ONE:
+        if getattr(config, name) < 1:
+            raise ColonysimError(f"--set: {name} is {getattr(config, name)}, expected at least 1")
+    return config
+
+
+def with_settings(config: Config, settings: Sequence[str]) -> Config:
+    """A configuration with some of its parameters set.
+
+    Args:
+        config: The configuration, a dataclass.
+        settings: Such as "actions=300", "learner.loss=squared" or "hidden=[64, 64]": the text after "=" is YAML.
+
+    Raises:
+        ColonysimError: No such parameter, or a value that does not fit.
     """
     for text in settings:
         key, found, value = text.partition("=")
         if not found:
             raise ColonysimError(f"--set {text!r}: expected KEY=VALUE, such as actions=300")
         config = _with(config, key.strip().split("."), value, text)
-    if config.actions is None and config.episodes is None:
-        raise ColonysimError("--set: neither actions nor episodes has a limit, so the training would never end")
-    for name in _AT_LEAST_ONE:
-        if getattr(config, name) < 1:
-            raise ColonysimError(f"--set: {name} is {getattr(config, name)}, expected at least 1")
     return config
 
 

@@ -1,4 +1,4 @@
-"""`colonysim train`: the push skill, and the two estimates that say whether a push will work."""
+"""`colonysim train`: the push skill, the two estimates that say whether a push will work, and a colony's policy."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from colonysim.cli.extras import EngineOption
 
 if TYPE_CHECKING:
     from colonysim.push.training.trainer import Progress
+    from colonysim.rl.training.trainer import Progress as PolicyProgress
 
 __all__ = ["app"]
 
@@ -31,9 +32,18 @@ Examples:
   colonysim train way --seed 1 --out models/way
   colonysim train way --seed 1 --ways 1000 --out models/way
 """
+_POLICY = """\b
+Examples:
+  colonysim train policy --out models/mine
+  colonysim train policy --out models/mine --resume
+  colonysim train policy --set ppo.iterations=100 --set hidden="[32, 32]" --out models/short
+  colonysim run hard --policy learned --set policy.model=models/mine/policy.json
+"""
 
 app = typer.Typer(
-    help="Train the push, or an estimate that foresees its success.", no_args_is_help=True, rich_markup_mode=None
+    help="Train the push, an estimate that foresees its success, or a policy of the agents.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
 )
 
 
@@ -64,7 +74,7 @@ def push(
 
     from colonysim.cli.console import print_result
     from colonysim.cli.extras import need, need_engine
-    from colonysim.cli.settings import with_settings
+    from colonysim.cli.settings import with_push_settings
     from colonysim.cli.stopping import told_when_stopped
     from colonysim.errors import ColonysimError
     from colonysim.progress import Bar
@@ -77,7 +87,7 @@ def push(
 
     if preset not in PRESETS:
         raise ColonysimError(f"no preset {preset!r}; {nearest(preset, PRESETS)}")
-    config = with_settings(replace(PRESETS[preset], engine=used), settings or ())
+    config = with_push_settings(replace(PRESETS[preset], engine=used), settings or ())
     if not resume and (out / "checkpoint.npz").exists():
         raise ColonysimError(f"{out}: holds a training already; go on with it (--resume), or choose another --out")
     with Bar(f"training the push ({preset})", 1.0, quiet) as bar:
@@ -157,3 +167,74 @@ def way(
             out, seed, model=model, ways=ways, engine=used, on_progress=lambda done, _: bar.move(done)
         )
     print_result(str(card))
+
+
+@app.command("policy", epilog=_POLICY)
+def policy(
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Where to write models, history and checkpoint.")
+    ],
+    preset: Annotated[
+        str, typer.Option(help="A named configuration: small, or tiny, which only shows that it works.")
+    ] = "small",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set a parameter of the preset, such as ppo.iterations=100; may be given again.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", "-s", help="Makes the training.")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint in DIR.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Train a policy of a colony's agents: imitate the rule `colony`, then improve on it (PPO).
+
+    One network decides for all agents, each from what it sees itself; rewards are discounted by simulated
+    time. It learns on small worlds that are made for it, and is tested on others. Writes plain arrays with a
+    JSON card, which `run --policy learned` runs without PyTorch. A training that was stopped goes on from its
+    last checkpoint with --resume.
+    """
+    from colonysim.cli.console import print_result
+    from colonysim.cli.extras import need
+    from colonysim.cli.settings import with_settings
+    from colonysim.cli.stopping import told_when_stopped
+    from colonysim.errors import ColonysimError
+    from colonysim.progress import Bar
+    from colonysim.suggest import nearest
+
+    need("torch", "train", "training")
+    from colonysim.rl.training.presets import PRESETS
+    from colonysim.rl.training.trainer import train_policy
+
+    if preset not in PRESETS:
+        raise ColonysimError(f"no preset {preset!r}; {nearest(preset, PRESETS)}")
+    config = with_settings(PRESETS[preset], settings or ())
+    if not resume and (out / "checkpoint.npz").exists():
+        raise ColonysimError(f"{out}: holds a training already; go on with it (--resume), or choose another --out")
+    with Bar(f"training a policy ({preset})", 1.0, quiet) as bar:
+
+        def show(progress: PolicyProgress) -> None:
+            if progress.tested is not None or progress.phase == "imitation":
+                bar.line(_told(progress))
+            bar.move(progress.share)
+
+        def told() -> str:
+            kept = (out / "checkpoint.npz").exists()
+            after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
+            return f"Interrupted. {after}"
+
+        with told_when_stopped(told):
+            trained = train_policy(config, out, seed, resume=resume, on_progress=show)
+    if trained is not None:
+        print_result(f"{trained.card}: best after {trained.best_round} iterations")
+
+
+def _told(progress: PolicyProgress) -> str:
+    """A line of a policy's training."""
+    parts = [f"{progress.phase} {progress.round}", f"{progress.decisions} decisions"]
+    if progress.tested is not None:
+        parts.append(f"tested: success {progress.tested.success:.3f}, makespan {progress.tested.seconds:.1f} s")
+    parts += [f"{name} {value:.3f}" for name, value in progress.told.items()]
+    return ", ".join(parts)

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import MissingExtraError
 from colonysim.installing import install_command
-from colonysim.rl.models import PolicyModel, load_policy, save_policy
+from colonysim.rl.models import PolicyModel, load_policy, save_policy, shipped_policies
 from colonysim.rl.options import Options
 from colonysim.rl.rewards import REWARDS, Reward, Stretch
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "REWARDS", "ColonyAEC", "ColonyMultiAgent", "ColonyParallel", "Options", "PolicyModel", "Reward", "Stretch",
-    "Turns", "aec", "load_policy", "multi_agent", "parallel", "save_policy",
+    "Turns", "aec", "load_policy", "multi_agent", "parallel", "save_policy", "shipped_policies",
 ]  # fmt: skip
 
 

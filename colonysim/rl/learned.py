@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
 from colonysim.plugins import make_policy
 from colonysim.policies.policy import Choice
-from colonysim.rl.models import CHOICES, load_policy
+from colonysim.rl.models import CHOICES, load_policy, shipped_policies
 from colonysim.rl.spaces import Observer
 from colonysim.suggest import nearest
 
@@ -32,8 +31,8 @@ class Learned:
     """A network decides, which was learned in an environment of `colonysim.rl`; see `colonysim.rl.save_policy`.
 
     Args:
-        scenario: Its `policy:` section says `model`, the path of the network's card, and may say `choice`: "greedy" or
-            "sampled" (from the agent's own random stream).
+        scenario: Its `policy:` section says `model`, the path of the network's card or the name of one that comes with
+            the package, and may say `choice`: "greedy" or "sampled" (from the agent's own random stream).
 
     Raises:
         ScenarioError: A parameter does not fit, or the network was made for other places.
@@ -46,12 +45,13 @@ class Learned:
         source, choice = parameters.get("model"), parameters.get("choice")
         if not isinstance(source, str):
             near = nearest("model", parameters) if parameters else "expected policy.model=FILE"
-            hint = near if near.startswith("did") else "expected the path of a network's card"
+            known = ", or ".join(["the path of a network's card", *shipped_policies()])
+            hint = near if near.startswith("did") else f"expected {known}"
             raise scenario.fault("policy.model", f"the policy {self.name!r} needs a network; {hint}")
         if choice is not None and choice not in CHOICES:
             raise scenario.fault("policy.choice", f"is {choice!r:.80}; {nearest(str(choice), CHOICES)}")
         try:
-            model = self.model = load_policy(Path(source))
+            model = self.model = load_policy(source)
         except ColonysimError as error:
             raise scenario.fault("policy.model", str(error)) from error
         self._sampled = (model.choice if choice is None else choice) == "sampled"

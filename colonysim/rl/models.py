@@ -42,11 +42,13 @@ if TYPE_CHECKING:
 
     Environment: TypeAlias = ColonyAEC | ColonyParallel | ColonyMultiAgent
 
-__all__ = ["CHOICES", "PolicyModel", "load_policy", "save_policy"]
+__all__ = ["CHOICES", "PolicyModel", "load_policy", "save_policy", "shipped_policies"]
 
 KIND = "colony-policy"
 CHOICES = ("greedy", "sampled")
 """How values become an action: the one of the largest among those allowed, or by chance in proportion to exp(value)."""
+SHIPPED = Path(__file__).parent / "shipped"
+"""Where the policies are that come with the package."""
 _LARGEST = 1e9
 """No number of an observation is further from 0."""
 _SIZES = {"neighbours": 1, "boxes": 0, "holes": 0}
@@ -180,19 +182,27 @@ def save_policy(
     return card_file
 
 
+def shipped_policies() -> tuple[str, ...]:
+    """Names of the learned policies that come with the package."""
+    return tuple(sorted(file.stem for file in SHIPPED.glob("*.json")))
+
+
 def load_policy(path: str | Path) -> PolicyModel:
-    """Reads what `save_policy` wrote.
+    """Reads what `save_policy` wrote, or a policy that comes with the package.
 
     Args:
-        path: The card, or the file of the network beside it.
+        path: The card, or the file of the network beside it; or a name of `shipped_policies`.
 
     Raises:
         MissingExtraError: It is an ONNX file, and ONNX Runtime is not installed.
         ModelError: It is missing, damaged, or of another kind.
     """
     file = Path(path)
+    if str(path) in shipped_policies():
+        file = SHIPPED / f"{path}.json"
     if file.suffix not in MODELS:
-        raise ModelError(f"{file}: is no model; expected the path of a card, which ends in .json")
+        known = ", or ".join(["the path of a card, which ends in .json", *shipped_policies()])
+        raise ModelError(f"{file}: is no model; expected {known}")
     card_file = file.with_suffix(".json")
     card = read_card(card_file, KIND)
     _check_card(card, card_file)

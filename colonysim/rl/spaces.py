@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from colonysim.scenario.scenario import Scenario
 
-__all__ = ["Observation", "Observer", "sizes_of"]
+__all__ = ["Observation", "Observer", "rows_of", "sizes_of"]
 
 Observation: TypeAlias = "NDArray[np.float32] | dict[str, NDArray[Any]]"
 """What an agent is told: in the flat form one array, else one array for each part, and the mask of actions."""
@@ -41,12 +41,12 @@ def sizes_of(options: Mapping[str, Any]) -> tuple[int, int]:
         options: As of `Observer.options`.
     """
     neighbours, boxes, holes = options["neighbours"], options["boxes"], options["holes"]
-    rows = _rows(neighbours, boxes, holes, len(options["fields"]))
+    rows = rows_of(neighbours, boxes, holes, len(options["fields"]))
     numbers = sum(count * len(row) for count, row in (rows[part] for part in options["parts"]))
     return numbers, Moves(neighbours, holes, options["hole"] == "action").count
 
 
-def _rows(neighbours: int, boxes: int, holes: int, fields: int) -> dict[str, tuple[int, _Row]]:
+def rows_of(neighbours: int, boxes: int, holes: int, fields: int) -> dict[str, tuple[int, _Row]]:
     """For each part of an observation how many rows it has, and the least and greatest number in each column."""
     any_number = (-_INF, _INF)
     return {
@@ -101,7 +101,7 @@ class Observer:
             )
         self.moves, self.busy = Moves(neighbours, self._holes, by_action, marks), busy
         self.names = tuple(name for name, by_box in fields.items() if not by_box)
-        rows = _rows(neighbours, self._boxes, self._holes, len(self.names))
+        rows = rows_of(neighbours, self._boxes, self._holes, len(self.names))
         bounds = {part: np.array((row,) * count, np.float32) for part, (count, row) in rows.items() if part in parts}
         self._bounds = {part: each for part, each in bounds.items() if each.size}
         self._shapes = {part: each.shape[:2] if part != "self" else each.shape[1:2] for part, each in bounds.items()}

@@ -151,6 +151,8 @@ def test_a_training_whose_files_are_wrong_is_told_by_field(tmp_path: Path) -> No
     card = {"how": {"peak_episode": 20, "seed": 1, "config": {"name": "paper", "test_block": 20}}}
     point = {"n": 1, "chance": 0.5, "success": 0.4, "success_low": 0.1, "success_high": 0.9}
     judged = {"n": 1, "brier": 0.1, "curve": [point]}
+    begun: dict[str, Any] = {"phase": "imitation", "decisions": 500, "tested": None}
+    of_policy = {"phase": "ppo", "decisions": 1000, "tested": {"success": 0.9, "seconds": 31.5}}
     results: dict[str, Any] = {"split": "s", "pushes": judged, "ways": judged}
     tries: list[tuple[dict[str, Any], str]] = [
         ({"history.json": [test]}, ""), ({"history.json": [test], "push.json": card}, ""),
@@ -159,6 +161,10 @@ def test_a_training_whose_files_are_wrong_is_told_by_field(tmp_path: Path) -> No
         ({"history.json": [{**test, "by_kind": []}]}, "by_kind"),
         ({"history.json": [{**test, "reward": 1e300}]}, "reward"),
         ({"history.json": [test], "push.json": {"how": []}}, r"push\.json: how\.peak_episode"),
+        ({"history.json": [begun, of_policy]}, ""), ({"history.json": [begun]}, "no test of this training"),
+        ({"history.json": [{**of_policy, "decisions": "x"}]}, r"0\.decisions: expected a number"),
+        ({"history.json": [of_policy, {**of_policy, "tested": []}]}, r"1\.tested\.success: expected a number"),
+        ({"history.json": [{**of_policy, "tested": {"success": 1.0, "seconds": 1e300}}]}, r"tested\.seconds: expected"),
         ({"ways.jsonl": 0, "way.json": {"results": results}}, ""),
         ({"ways.jsonl": 0, "way.json": []}, r"results\.split"),
         ({"ways.jsonl": 0, "way.json": {"results": results | {"ways": {"curve": [{}]}}}}, r"ways\.curve\.0\.chance"),

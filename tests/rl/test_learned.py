@@ -174,6 +174,34 @@ def test_one_network_fits_many_places(tmp_path):
         assert colonysim.run(own, episodes=1, trace=False).episodes[0].sim_seconds > 0.0
 
 
+def test_the_policy_that_comes_with_the_package_runs_by_its_name(tmp_path):
+    assert rl.shipped_policies() == ("small-worlds",)
+    model = rl.load_policy("small-worlds")
+    assert model.card["how"]["config"]["name"] == "small" and model.marks == "colony"
+    done = CliRunner().invoke(app, ["run", "hard", "--policy", "learned", "--set", "policy.model=small-worlds",
+                                    "--episodes", "1", "--out", str(tmp_path / "run")])  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert Run.open(tmp_path / "run").manifest["policy"] == "learned"
+    with pytest.raises(ModelError, match=r"small-world: is no model; expected .*, or small-worlds"):
+        rl.load_policy("small-world")
+
+
+def test_on_worlds_like_those_of_its_training_it_is_faster_than_the_rule():
+    from colonysim.push.training.seeds import Purpose
+    from colonysim.rl.training.places import place
+
+    def seconds(number, policy):
+        scenario = colonysim.scenario_from_document({**place(Purpose.TUNE, number).document, "policy": policy})
+        episodes = colonysim.run(scenario, episodes=2, seed=9, trace=False).episodes
+        return [e.sim_seconds if e.success == 1.0 else scenario.time_limit for e in episodes]
+
+    learned, rule = (
+        [time for number in range(6) for time in seconds(number, policy)]
+        for policy in ({"name": "learned", "model": "small-worlds"}, {"name": "colony"})
+    )
+    assert sum(learned) < 0.9 * sum(rule)
+
+
 def test_a_scenario_names_the_model_beside_its_own_file(tmp_path, monkeypatch):
     (tmp_path / "maps" / "nets").mkdir(parents=True)
     monkeypatch.chdir(tmp_path)
