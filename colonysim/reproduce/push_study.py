@@ -60,7 +60,7 @@ def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
             continue
         curves[f"{one.base}, {one.engine}"] = [row["tests"] for row in there.values()]
         peak = f"{fmean(row['peak_episode'] for row in there.values()):.0f}"
-        best, last = ([_success(one, setting, terrain, last) for terrain in INDIVIDUAL] for last in (False, True))
+        best, last = ([one.success(terrain, last=last) for terrain in INDIVIDUAL] for last in (False, True))
         words = []
         for terrain, figure in zip(INDIVIDUAL, best, strict=True):
             mean, sd = paper.all_in_one.success[terrain]
@@ -106,10 +106,6 @@ def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
             Picture("push-readings.png", "Success of the tests by training episodes, mean of eight tests of 20")
         )
     return blocks
-
-
-def _success(trained: Trainings, setting: str, terrain: str, last: bool) -> Figure | None:
-    return Figure.of(list(trained.pushed(setting, terrain, "success", last=last).values()), WITHIN["success"])
 
 
 def _claims(context: Context, trained: Trainings) -> list[Block]:

@@ -91,12 +91,12 @@ def _performance(
         low, high = wilson(there, len(played))
         all_there = f"{there} of {len(played)} [{low:.3f}, {high:.3f}]" if played else "-"
         late_steps = _cell(found, "steps", late)
-        rows.append(
-            [row.label, *group.cells, str(len(by_seed)), str(len(every)), *cells, late_steps, all_there, *words]
-        )
+        stuck = f"{sum(episode['ended'] == 'deadlock' for episode in every)} of {len(every)}"
+        rows.append([row.label, *group.cells, str(len(by_seed)), *cells, stuck, late_steps, all_there, *words])
     span = f"episodes {late[0]}-{late[1]}"
-    names = ["map", *columns, "seeds", "episodes", "steps: the paper", "ours", "success: the paper", "ours",
-             f"steps, {span}", f"{span} with all agents there [Wilson 95 %]", "steps", "success"]  # fmt: skip
+    names = ["map", *columns, "seeds", "steps: the paper", "ours", "success: the paper", "ours",
+             "episodes that ended in a deadlock", f"steps, {span}",
+             f"{span} with all agents there [Wilson 95 %]", "steps", "success"]  # fmt: skip
     return Table(names, rows)
 
 
