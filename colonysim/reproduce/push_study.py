@@ -23,6 +23,16 @@ __all__ = ["push_part"]
 
 _CURVES = 4
 """Most curves of a panel."""
+_MEANS = {
+    LETTER: "the letter of the text; its target takes the two networks the other way round than Double DQN does",
+    "standard target": "the same with the two networks of the target the usual way round",
+    "clear": (
+        "that, with 5 more of reward for a success and 2 less for a failure, without the turn of the heading where the "
+        "direction to the goal flips, and with an action that ends as soon as its push has succeeded or failed"
+    ),
+    "improved": "what ships: more inputs, longer returns, demonstrations, mirror images and other starts besides",
+}
+"""What the readings are, in words."""
 
 
 def push_part(context: Context) -> list[Block]:
@@ -34,16 +44,21 @@ def push_part(context: Context) -> list[Block]:
     blocks: list[Block] = [
         Text(
             f"Stored trainings of {trained[0].episodes} training episodes each, those of the first S actions not "
-            "counted. `benchmarks/push_ablation.py run` adds trainings. A reading is a configuration of Algorithm "
-            f"1; `{LETTER}` is its letter, `improved` is what ships, and `READINGS` in "
-            "`colonysim/push/training/presets.py` says what the others change."
+            "counted. `benchmarks/push_ablation.py run` adds trainings. A reading is a configuration of Algorithm 1, "
+            "for its text leaves some things open; all that were thought of stand in `READINGS` of "
+            "`colonysim/push/training/presets.py`. Here there are:"
         ),
+        Text("\n".join(f"- `{base}`: {_MEANS.get(base, 'see there')}." for base in _bases(trained))),
         *_readings(context, trained),
     ]
     repeated = [one for one in trained if one.repeated]
     for one in repeated or trained[:1]:
         blocks += [Heading(3, f"Claims, with the reading {one.label}"), *_claims(context, one)]
     return blocks
+
+
+def _bases(trained: Iterable[Trainings]) -> list[str]:
+    return list(dict.fromkeys(one.base for one in trained))
 
 
 def _readings(context: Context, trained: Iterable[Trainings]) -> list[Block]:
