@@ -79,7 +79,7 @@ class Size:
     engine: str = "bullet"
     fit_points: int = 64
     fit_seeds: int = 4
-    held_out_seeds: int = 100
+    held_out_seeds: int = 128
 
     @property
     def held_out_first(self) -> int:

@@ -181,7 +181,7 @@ def _styles(context: Context, trained: Trainings) -> Block:
             setting = INDIVIDUAL[terrain] if style == "individual" else ALL_IN_ONE
             ours = Figure.of(list(trained.pushed(setting, terrain, measure).values()), WITHIN.get(measure))
             verdict = level(ours, Reported(mean, sd, paper.pushes), measure)
-            about = f"{measure} on {terrain}, {style} (`{paper.place}`)"
+            about = f"{measure} on {terrain} ({style}) (`{paper.place}`)"
             word = context.judge(Judged("push", about, trained.label, verdict, _settings(trained)))
             shown, count = (ours.shown(2), ours.count) if ours else ("-", 0)
             rows.append([style, terrain, measure, f"{mean:g} ± {sd:g}", shown, str(count), word])

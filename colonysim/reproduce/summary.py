@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.physics import ENGINES
 from colonysim.reproduce.document import Block, Heading, Table, Text
-from colonysim.reproduce.judging import WITHIN, Figure
+from colonysim.reproduce.judging import WITHIN, WORDS, Figure
 from colonysim.reproduce.push import INDIVIDUAL, LETTER
 
 if TYPE_CHECKING:
@@ -26,17 +26,19 @@ _NAMED = 4
 
 @dataclass(frozen=True)
 class Topic:
-    """What a sentence is about.
+    """A subject of the first page.
 
     Attributes:
-        says: Its subject.
+        says: What it is.
         studies: The studies whose verdicts count.
         settings: What the judged settings have to be.
+        named: Whether its figures and claims are named one by one; of others only their number is told.
     """
 
     says: str
     studies: tuple[str, ...]
     settings: Mapping[str, Any]
+    named: bool = False
 
     def of(self, judged: Sequence[Judged]) -> list[Judged]:
         """The verdicts that it is about."""
@@ -47,28 +49,25 @@ class Topic:
 
 _RULES = ("ablation-sanity", "ablation-easy", "asynchrony", "hole-edge-case")
 _FIELDS = ("pheromones-sanity", "pheromones-easy", "pheromones-medium", "pheromones-hard")
+_PHYSICS = ("performance-physics",)
 TOPICS = (
     Topic(
-        "The paper's own system with rigid bodies (its rules, a learned push, its classifier)",
-        ("performance-physics",),
-        {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"},
+        "The paper's own system with rigid bodies", _PHYSICS,
+        {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"}, named=True,
     ),
+    Topic("Its rules with our push `staged`", _PHYSICS, {"policy": "paper", "backend.push": "staged"}),
+    Topic("Its rules on the node world", ("performance-nodeworld",), {"policy": "paper"}),
     Topic(
-        "Its rules with the push that first drives to its place (`staged`)",
-        ("performance-physics",),
-        {"policy": "paper", "backend.push": "staged"},
-    ),
-    Topic("Its rules on the node world, where every push succeeds", ("performance-nodeworld",), {"policy": "paper"}),
-    Topic(
-        "The same with its unprinted parameters as they fit best", ("fit",), {"policy": "paper", "backend": "nodeworld"}
+        "The same with its unprinted parameters as they fit best", ("fit",),
+        {"policy": "paper", "backend": "nodeworld"}, named=True,
     ),
     *(
         Topic(f"Its own system at those parameters, on {engine}", ("fit",), {"policy": "paper", "backend": engine})
         for engine in ENGINES
     ),
-    Topic("What it says of parameters, asynchrony and pheromones", _RULES + _FIELDS, {"policy": "paper"}),
-    Topic("What it says of training the push", ("push",), {}),
-    Topic("Our rules `colony` with rigid bodies", ("performance-physics",), {"policy": "colony"}),
+    Topic("What it says of parameters, asynchrony and marks", _RULES + _FIELDS, {"policy": "paper"}, named=True),
+    Topic("What it says of training the push", ("push",), {}, named=True),
+    Topic("Our rules `colony` with rigid bodies", _PHYSICS, {"policy": "colony"}),
     Topic("Our rules `colony` on the node world", ("performance-nodeworld",), {"policy": "colony"}),
 )  # fmt: skip
 _WORDS = (
@@ -85,16 +84,22 @@ _NAMES = (
 
 
 def summary(context: Context) -> list[Block]:
-    """What holds, what does not, and why; what is open; then the paper's five rows beside ours."""
+    """What holds, what does not, and why; then the paper's five rows beside ours, and what is open."""
     judged = context.judged
+    told = [(topic, found) for topic in TOPICS if (found := topic.of(judged))]
     blocks: list[Block] = [Text(_WORDS), Text(_overall(judged))]
-    told = [(topic.says, found) for topic in TOPICS if (found := topic.of(judged))]
-    for title, told_by in (("What holds", _holding), ("What does not, and why", _differing)):
-        lines = [f"**{says}:** {line}" for says, found in told if (line := told_by(found))]
+    for title, words in (("What holds", ("agrees", "better")), ("What does not", ("disagrees",))):
+        lines = [
+            f"**{topic.says}:** {_named(these, found)}."
+            for topic, found in told
+            if topic.named and (these := [each for each in found if each.verdict.word in words])
+        ]
         blocks += _part(title, lines)
+    named = [each for topic, found in told if topic.named for each in found if each.verdict.word == "disagrees"]
+    blocks += _part("Why, as far as we know", list(dict.fromkeys(each.why for each in named if each.why)))
     blocks += _part("Learning to push", [_learning(context)] if context.trainings else [])
-    blocks += _part("What is open", _open(judged))
-    return [*blocks, *_rows(context)]
+    blocks += [Heading(2, "By subject"), _counts(told)] if told else []
+    return [*blocks, *_rows(context), *_part("What is open", _open(judged))]
 
 
 def _part(title: str, lines: Sequence[str]) -> list[Block]:
@@ -111,21 +116,12 @@ def _overall(judged: Sequence[Judged]) -> str:
     )
 
 
-def _holding(found: Sequence[Judged]) -> str:
-    told = []
-    for word, says in (("agrees", "as in the paper"), ("better", "ours is better")):
-        these = [each for each in found if each.verdict.word == word]
-        told += [f"{says} in {len(these)}: {_named(these, found)}"] if these else []
-    return f"of {_count(len(found), 'comparison')}, {'; '.join(told)}." if told else ""
-
-
-def _differing(found: Sequence[Judged]) -> str:
-    wrong = [each for each in found if each.verdict.word == "disagrees"]
-    if not wrong:
-        return ""
-    reasons = list(dict.fromkeys(each.why for each in wrong if each.why))
-    why = f" Why, as far as we know: {' '.join(reasons)}" if reasons else ""
-    return f"{_named(wrong, found, by_how_much=True)}.{why}"
+def _counts(told: Sequence[tuple[Topic, Sequence[Judged]]]) -> Block:
+    rows = []
+    for topic, found in told:
+        words = Counter(each.verdict.word for each in found)
+        rows.append([topic.says, str(len(found)), *(str(words[word]) for word in WORDS)])
+    return Table(["subject", "comparisons", *WORDS], rows)
 
 
 def _open(judged: Sequence[Judged]) -> list[str]:
@@ -141,13 +137,12 @@ def _subject(each: Judged) -> str:
     return figure if figure != each.about else f"“{each.about.rstrip('.')}”"
 
 
-def _named(these: Sequence[Judged], of: Sequence[Judged], *, by_how_much: bool = False) -> str:
+def _named(these: Sequence[Judged], of: Sequence[Judged]) -> str:
     """What some verdicts are about: figures by measure, claims one by one.
 
     Args:
         these: The verdicts.
         of: All verdicts of their topic: where others came out otherwise, it is told how many did not.
-        by_how_much: Whether the differences of figures are told.
     """
     figures: dict[str, list[str]] = {}
     claims: list[str] = []
@@ -159,14 +154,13 @@ def _named(these: Sequence[Judged], of: Sequence[Judged], *, by_how_much: bool =
         if subject.startswith("“"):
             claims.append(subject + "".join(f" ({note})" for note in notes))
             continue
+        amounts = [f"{each.verdict.difference.mean:+.{each.digits}f}" for each in same if each.verdict.difference]
+        notes += [" and ".join(dict.fromkeys(amounts))] if same[0].verdict.word == "disagrees" else []
         measure, _, place = subject.partition(" on ")
-        if by_how_much:
-            amounts = [f"{each.verdict.difference.mean:+.{each.digits}f}" for each in same if each.verdict.difference]
-            notes += [" and ".join(dict.fromkeys(amounts))] if amounts else []
         figures.setdefault(measure, []).append(place + (f" ({': '.join(notes)})" if notes else ""))
     parts = [f"{measure} on {', '.join(places)}" for measure, places in figures.items()]
     rest = len(claims) - _NAMED
-    parts += [*claims[:_NAMED], *([f"{rest} more"] if rest > 0 else [])]
+    parts += [*claims[:_NAMED], *([f"and {rest} more"] if rest > 0 else [])]
     return "; ".join(parts)
 
 
