@@ -58,11 +58,11 @@ TOPICS = (
     Topic("Its rules with our push `staged`", _PHYSICS, {"policy": "paper", "backend.push": "staged"}),
     Topic("Its rules on the node world", ("performance-nodeworld",), {"policy": "paper"}),
     Topic(
-        "The same with its unprinted parameters as they fit best", ("fit",),
+        "Its rules on the node world, the unprinted parameters as they fit best", ("fit",),
         {"policy": "paper", "backend": "nodeworld"}, named=True,
     ),
     *(
-        Topic(f"Its own system at those parameters, on {engine}", ("fit",), {"policy": "paper", "backend": engine})
+        Topic(f"Its own system with these parameters, on {engine}", ("fit",), {"policy": "paper", "backend": engine})
         for engine in ENGINES
     ),
     Topic("What it says of parameters, asynchrony and marks", _RULES + _FIELDS, {"policy": "paper"}, named=True),
