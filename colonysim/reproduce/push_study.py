@@ -25,10 +25,11 @@ _CURVES = 4
 """Most curves of a panel."""
 _MEANS = {
     LETTER: "the letter of the text; its target takes the two networks the other way round than Double DQN does",
-    "standard target": "the same with the two networks of the target the usual way round",
+    "standard target": "the letter, but with the two networks of the target the usual way round",
     "clear": (
-        "that, with 5 more of reward for a success and 2 less for a failure, without the turn of the heading where the "
-        "direction to the goal flips, and with an action that ends as soon as its push has succeeded or failed"
+        "the same as `standard target`, with 5 more of reward for a success and 2 less for a failure, without the turn "
+        "of the heading in the reward where the direction to the goal flips, and with actions that end as soon as the "
+        "push has succeeded or failed"
     ),
     "improved": "what ships: more inputs, longer returns, demonstrations, mirror images and other starts besides",
 }

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["summary"]
 
-_NAMED = 4
-"""Claims that a sentence quotes one by one; of more it says how many."""
+_QUOTED = 2
+"""Claims that hold and are quoted; of more it is said how many. Those that do not hold are all quoted."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,13 @@ def summary(context: Context) -> list[Block]:
     judged = context.judged
     told = [(topic, found) for topic in TOPICS if (found := topic.of(judged))]
     blocks: list[Block] = [Text(_WORDS), Text(_overall(judged))]
-    for title, words in (("What holds", ("agrees", "better")), ("What does not", ("disagrees",))):
+    parts = (
+        ("What holds: as in the paper, or better", ("agrees", "better"), _QUOTED),
+        ("What does not: ours less the paper's in brackets", ("disagrees",), len(judged)),
+    )
+    for title, words, quoted in parts:
         lines = [
-            f"**{topic.says}:** {_named(these, found)}."
+            f"**{topic.says}:** {_named(these, found, quoted)}."
             for topic, found in told
             if topic.named and (these := [each for each in found if each.verdict.word in words])
         ]
@@ -137,12 +141,13 @@ def _subject(each: Judged) -> str:
     return figure if figure != each.about else f"“{each.about.rstrip('.')}”"
 
 
-def _named(these: Sequence[Judged], of: Sequence[Judged]) -> str:
+def _named(these: Sequence[Judged], of: Sequence[Judged], quoted: int) -> str:
     """What some verdicts are about: figures by measure, claims one by one.
 
     Args:
         these: The verdicts.
         of: All verdicts of their topic: where others came out otherwise, it is told how many did not.
+        quoted: Claims that are quoted; of more it is said how many.
     """
     figures: dict[str, list[str]] = {}
     claims: list[str] = []
@@ -159,8 +164,8 @@ def _named(these: Sequence[Judged], of: Sequence[Judged]) -> str:
         measure, _, place = subject.partition(" on ")
         figures.setdefault(measure, []).append(place + (f" ({': '.join(notes)})" if notes else ""))
     parts = [f"{measure} on {', '.join(places)}" for measure, places in figures.items()]
-    rest = len(claims) - _NAMED
-    parts += [*claims[:_NAMED], *([f"and {rest} more"] if rest > 0 else [])]
+    rest = len(claims) - quoted
+    parts += [*claims[:quoted], *([f"and {_count(rest, 'more claim')}"] if rest > 0 else [])]
     return "; ".join(parts)
 
 
