@@ -373,6 +373,7 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     ]  # fmt: skip
     assert re.findall(r"### Claims, with the reading (.*)", text) == ["`standard target`, bullet"]
     assert "| better, agrees, better |" in text
+    assert "several seeds, `standard target`, bullet is shown to reach the paper's success" in text
     first = made.markdown.read_text()
     assert (
         "in the paper 0.94, 1.00, 0.90 after 400 training episodes; here after 400 to the letter on bullet 1.00, 1.00, "
