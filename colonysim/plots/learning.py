@@ -84,8 +84,8 @@ def ablation_figure(
         about: What was trained, for the title.
         measure: "reward" or "success".
     """
-    figure = Figure(figsize=(3.6 * len(panels), 3.4), layout="constrained")
-    figure.suptitle(f"Ablation of the push · {about}", fontsize=11, color=INK)
+    figure = Figure(figsize=(max(5.0, 3.6 * len(panels)), 3.9), layout="constrained")
+    figure.suptitle(f"Training the push · {about}", fontsize=11, color=INK)
     row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, (title, curves) in zip(row, panels.items(), strict=True):
         for color, (label, seeds) in zip(_SETTINGS, curves.items(), strict=False):
@@ -96,11 +96,13 @@ def ablation_figure(
             episodes = [test[0] for test in seeds[0][: len(by_test)]]
             axes.fill_between(episodes, [min(v) for v in by_test], [max(v) for v in by_test], color=color, alpha=0.2)
             means = [sum(v) / len(v) for v in by_test]
-            axes.plot(episodes, means, color=color, linewidth=1.6, label=f"{label} ({len(seeds)} seeds)")
+            trained = f"{len(seeds)} seed{'s' * (len(seeds) > 1)}"
+            axes.plot(episodes, means, color=color, linewidth=1.6, label=f"{label} ({trained})")
         axes.set_title(title, fontsize=9)
         axes.set_xlabel("training episodes after the exploration", fontsize=8)
         _tidy(axes)
-        axes.legend(fontsize=7, loc="lower right", frameon=False)
+        # Below the axes, where no curve is.
+        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, frameon=False)
     row[0].set_ylabel(f"{measure} of the tests\n(mean, least to largest of the seeds)", fontsize=8)
     return figure
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import product
 from math import sqrt
 from random import Random
 from statistics import fmean, stdev
@@ -26,13 +27,15 @@ if TYPE_CHECKING:
 
     from colonysim.reproduce.context import Context
     from colonysim.reproduce.evidence import Evidence
-    from colonysim.reproduce.paper import Paper, Row
+    from colonysim.reproduce.paper import Paper, Row, Told
 
 __all__ = ["Point", "distance", "fit_part", "held_out", "points"]
 
 _STUDY = "fit"
 _NAMES = (*FITTED, *FITTED_READINGS)
 _RESAMPLES = 400
+_MEASURES: tuple[Told, ...] = ("steps", "success")
+_DIGITS: dict[Told, int] = {"steps": 1, "success": 3}
 
 
 @dataclass(frozen=True)
@@ -92,11 +95,22 @@ def distance(paper: Paper, point: Point, seeds: Sequence[int]) -> float:
     squares = []
     for row in paper.performance:
         episodes = point.episodes(row, seeds)
-        for measure, (mean, sd) in (("steps", row.steps), ("success", row.success)):
+        for measure in _MEASURES:
             values = [float(episode[measure]) for episode in episodes]
-            unit = COARSE[measure] * (mean if measure == "steps" else 1.0)
-            squares += [((fmean(values) - mean) / unit) ** 2, ((stdev(values) - sd) / unit) ** 2]
+            theirs, unit = row.reported(measure), _unit(row, measure)
+            squares += [((fmean(values) - theirs.mean) / unit) ** 2, ((stdev(values) - theirs.sd) / unit) ** 2]
     return sqrt(fmean(squares))
+
+
+def _unit(row: Row, measure: Told) -> float:
+    """What is coarse beside a figure of the paper: a quarter of its steps, .1 of success."""
+    return COARSE[measure] * (row.steps[0] if measure == "steps" else 1.0)
+
+
+def _off(row: Row, measure: Told, point: Point) -> float:
+    """Ours less the paper's mean, in those units."""
+    values = [float(episode[measure]) for episode in point.episodes(row, point.seeds())]
+    return (fmean(values) - row.reported(measure).mean) / _unit(row, measure)
 
 
 def _interval(paper: Paper, point: Point) -> Figure:
@@ -165,22 +179,27 @@ def _driven(context: Context) -> list[Block]:
     rows = []
     for engine in ENGINES:
         for point in points(context.evidence, context.paper, 0, MAX_SEED, backend=engine):
+            values, settings = ", ".join(_values(point.parameters)), {"policy": "paper", "backend": engine}
             for row in context.paper.performance:
                 cells = []
-                for measure in ("steps", "success"):
+                for measure in _MEASURES:
                     by_seed = [fmean(float(e[measure]) for e in runs) for runs in point.runs[row.label].values()]
-                    ours = Figure.of(by_seed, WITHIN.get(measure))
+                    ours, digits = Figure.of(by_seed, WITHIN.get(measure)), _DIGITS[measure]
                     verdict = level(ours, row.reported(measure), measure)
-                    cells += [ours.shown(1 if measure == "steps" else 3) if ours else "-", verdict.word]
+                    about = f"{measure} on {row.label} (`{row.place}`)"
+                    judged = Judged(_STUDY, about, f"`paper` at {values}, {engine}", verdict, settings, digits)
+                    cells += [ours.shown(digits) if ours else "-", context.judge(judged)]
                 far = f"{distance(context.paper, point, point.seeds()):.2f}"
-                values = ", ".join(_values(point.parameters))
                 rows.append([values, engine, row.label, str(len(point.runs[row.label])), *cells, far])
     if not rows:
         return []
     columns = ["point", "engine", "map", "seeds", "steps", "", "success", "", "distance of all rows"]
     return [
         Heading(3, "With rigid bodies"),
-        Text("The paper's push and estimate (`rl`, `forest`) at points of the fit; nothing was chosen by these runs."),
+        Text(
+            "The paper's push and estimate (`rl`, `forest`) at points of the fit, 20 episodes a run; nothing was "
+            "chosen by these runs. The distance is of the seeds that all five rows have:"
+        ),
         Table(columns, rows),
     ]
 
@@ -239,14 +258,47 @@ def _region(context: Context, tried: Sequence[Point], best: Sequence[tuple[float
             f"{len(near)} of {len(tried)} points lie within the interval of the best one's distance, up to {limit:.2f}:"
         ),
         Table(["parameter", "tried", "of those points"], rows),
+        *_explained(paper, tried),
     ]
+
+
+def _explained(paper: Paper, tried: Sequence[Point]) -> list[Block]:
+    """Which figures of the paper points come close to, under each reading, and how many figures one does at once."""
+    figures = list(product(paper.performance, _MEASURES))
+    offs: dict[tuple[Any, ...], list[list[float]]] = {
+        reading: [] for reading in sorted({point.reading for point in tried})
+    }
+    for point in tried:
+        offs[point.reading].append([_off(row, measure, point) for row, measure in figures])
+    rows = []
+    for number, (row, measure) in enumerate(figures):
+        reported, unit, digits = row.reported(measure), _unit(row, measure), _DIGITS[measure]
+        cells = []
+        for found in offs.values():
+            values = [each[number] for each in found]
+            low, high = (f"{reported.mean + off * unit:.{digits}f}" for off in (min(values), max(values)))
+            cells.append(f"{low} to {high}; {sum(map(_is_close, values))} of {len(values)}")
+        rows.append([row.label, measure, f"{reported.mean:g}", *cells])
+    most = max(sum(map(_is_close, each)) for found in offs.values() for each in found)
+    return [
+        Text(
+            "Which figures can be explained at all? For each reading, from the least to the largest mean of its "
+            "points, and how many of them are close: within a quarter of the paper's steps or .1 of its success. No "
+            f"more than {most} of the {len(figures)} figures are close at one and the same point."
+        ),
+        Table(["map", "measure", "the paper", *(", ".join(map(str, reading)) for reading in offs)], rows),
+    ]
+
+
+def _is_close(off: float) -> bool:
+    return abs(off) <= 1.0
 
 
 def _rows(context: Context, chosen: Point, preset: Point) -> Block:
     rows = []
     for row in context.paper.performance:
-        for measure in ("steps", "success"):
-            reported, digits = row.reported(measure), 1 if measure == "steps" else 3
+        for measure in _MEASURES:
+            reported, digits = row.reported(measure), _DIGITS[measure]
             cells = [f"{reported.mean:g} ± {reported.sd:g}"]
             for point in (preset, chosen):
                 values = [float(e[measure]) for e in point.episodes(row, point.seeds())]
@@ -255,7 +307,7 @@ def _rows(context: Context, chosen: Point, preset: Point) -> Block:
                 cells.append(f"{ours.shown(digits) if ours else '-'}, sd {stdev(values):.{digits}f}")
             verdict = level(ours, reported, measure)
             about = f"{measure} on {row.label} (`{row.place}`)"
-            settings = {"policy": "paper", "backend": "nodeworld", "fitted": True}
+            settings = {"policy": "paper", "backend": "nodeworld"}
             cells.append(context.judge(Judged(_STUDY, about, "`paper`, fitted", verdict, settings, digits)))
             rows.append([row.label, measure, *cells])
     return Table(["map", "measure", "the paper", "the preset", "the best point", "verdict at the best point"], rows)

@@ -217,7 +217,7 @@ def reproduce(
         for name, study in chosen.items():
             if on_study is not None:
                 on_study(name)
-            about = f"`{name}`; the paper's {study.places}."
+            about = f"Made by `colonysim reproduce {name}`. In the paper: {study.places}."
             pages.setdefault(study.page, []).extend([Heading(2, study.title), Text(about), *study.part(context)])
         written = report(context, pages, _asked(list(chosen), size, physics, trainings))
         for page in written:

@@ -11,7 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from colonysim.reproduce.judging import Expected, Reported
 
-__all__ = ["Caption", "Claim", "Paper", "PushClaim", "Row", "StyleClaim", "the_paper"]
+__all__ = ["Caption", "Claim", "Paper", "PushClaim", "Row", "StyleClaim", "Told", "the_paper"]
+
+Told = Literal["steps", "success"]
+"""What the paper's rows tell of a colony."""
 
 
 class _Part(BaseModel):
@@ -28,7 +31,7 @@ class Row(_Part):
     success: tuple[float, float]
     episodes: int
 
-    def reported(self, measure: Literal["steps", "success"]) -> Reported:
+    def reported(self, measure: Told) -> Reported:
         """One of its figures."""
         return Reported(*(self.steps if measure == "steps" else self.success), self.episodes)
 
@@ -48,7 +51,7 @@ class Claim(_Part):
     where: dict[str, Any]
     of: dict[str, Any]
     than: dict[str, Any]
-    measure: Literal["steps", "success"]
+    measure: Told
     expected: Expected
     late: bool = False
     why: dict[str, str] = {}

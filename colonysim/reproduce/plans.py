@@ -74,12 +74,12 @@ class Size:
     episodes: int = 30
     physics_seeds: int = 5
     physics_episodes: int = 20
-    drawn: int = 12
+    drawn: int = 40
     driven: int = 10
     engine: str = "bullet"
     fit_points: int = 64
     fit_seeds: int = 4
-    held_out_seeds: int = 10
+    held_out_seeds: int = 128
 
     @property
     def held_out_first(self) -> int:

@@ -7,6 +7,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from colonysim.reproduce.evidence import stored_lines
+from colonysim.reproduce.judging import WITHIN, Figure
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -111,6 +112,11 @@ class Trainings:
     def all_terrains(self) -> str:
         """The setting that was trained on all terrains: the paper's All-in-One, else the reading's own."""
         return ALL_IN_ONE if self.of(ALL_IN_ONE) or not self.of(OWN) else OWN
+
+    def success(self, terrain: str, *, last: bool = False) -> Figure | None:
+        """Success on a terrain of the best or the last networks of the trainings on all terrains; None of none."""
+        found = self.pushed(self.all_terrains(), terrain, "success", last=last)
+        return Figure.of(list(found.values()), WITHIN["success"])
 
     def claimed(self, claim: PushClaim) -> tuple[list[float], list[float]]:
         """The two sides of a claim, for the seeds that both have."""

@@ -54,8 +54,8 @@ class Group:
 
 def _performance(
     context: Context, study: str, kind: str, columns: Sequence[str], groups: Sequence[Group], late: tuple[int, int]
-) -> Block:
-    """The paper's rows beside ours, each judged in steps and success.
+) -> list[Block]:
+    """The paper's rows beside ours, each judged in steps and success, and why they come out otherwise.
 
     Args:
         context: The reproduction.
@@ -65,7 +65,8 @@ def _performance(
         groups: What is set beside the paper.
         late: First and last episode after the pheromones have settled.
     """
-    rows = []
+    rows: list[list[str]] = []
+    reasons: dict[str, None] = {}
     for row, group in product(context.paper.performance, groups):
         where = {"scenario": row.map, "variant": row.variant, "mode": "asynchronous", **group.settings}
         found = context.evidence.matching(where)
@@ -77,27 +78,33 @@ def _performance(
             reported = row.reported(measure)
             ours = Figure.of(list(found.by_seed(measure).values()), WITHIN.get(measure))
             verdict = level(ours, reported, measure)
-            reasons = context.paper.reasons[kind][str(group.settings["policy"])][measure]
-            why, digits = reasons.get(verdict.side or "", ""), DIGITS[measure]
+            policy, digits = str(group.settings["policy"]), DIGITS[measure]
+            why = context.paper.reasons[kind][policy][measure].get(verdict.side or "", "")
             about = f"{measure} on {row.label} (`{row.place}`)"
             cell = context.judge(Judged(study, about, group.label, verdict, group.settings, digits, why))
-            words.append(cell.replace(verdict.word, f"{verdict.word} ({verdict.side})", 1) if verdict.side else cell)
+            words.append(f"{verdict.word} ({verdict.side})" if verdict.side else cell)
+            if why:
+                reasons[f"- `{policy}`, {measure} {verdict.side}: {why}"] = None
             cells += [f"{reported.mean:g} ± {reported.sd:g}", ours.shown(digits) if ours else "-"]
         # A trial that two studies have asked for is there twice.
         by_seed = {trial.seed: trial for trial in found.trials}
+        wanted = context.size.physics_seeds if kind == "physics" else context.size.seeds
+        if len(by_seed) < wanted:
+            context.gaps.append(f"{study}: {row.label} with {group.label} has {len(by_seed)} of {wanted} seeds.")
         every = [episode for trial in by_seed.values() for episode in trial.episodes]
         played = [episode for episode in every if late[0] <= episode["episode"] <= late[1]]
         there = sum(episode["success"] == 1.0 for episode in played)
         low, high = wilson(there, len(played))
         all_there = f"{there} of {len(played)} [{low:.3f}, {high:.3f}]" if played else "-"
         late_steps = _cell(found, "steps", late)
-        rows.append(
-            [row.label, *group.cells, str(len(by_seed)), str(len(every)), *cells, late_steps, all_there, *words]
-        )
+        stuck = f"{sum(episode['ended'] == 'deadlock' for episode in every)} of {len(every)}"
+        rows.append([row.label, *group.cells, str(len(by_seed)), *cells, stuck, late_steps, all_there, *words])
     span = f"episodes {late[0]}-{late[1]}"
-    names = ["map", *columns, "seeds", "episodes", "steps: the paper", "ours", "success: the paper", "ours",
-             f"steps, {span}", f"{span} with all agents there [Wilson 95 %]", "steps", "success"]  # fmt: skip
-    return Table(names, rows)
+    names = ["map", *columns, "seeds", "steps: the paper", "ours", "success: the paper", "ours",
+             "episodes that ended in a deadlock", f"steps, {span}",
+             f"{span} with all agents there [Wilson 95 %]", "steps", "success"]  # fmt: skip
+    why_so = [Text("Why, as far as we know:"), Text("\n".join(reasons))] if reasons else []
+    return [Table(names, rows), *why_so]
 
 
 def nodeworld_part(context: Context) -> list[Block]:
@@ -111,7 +118,7 @@ def nodeworld_part(context: Context) -> list[Block]:
             "All episodes count against the paper's figures, which are those of its physics; of which episodes, and "
             "of how many, it does not say. What is to be had once the pheromones have settled stands beside them."
         ),
-        _performance(context, study, "nodeworld", ["rules"], groups, late),
+        *_performance(context, study, "nodeworld", ["rules"], groups, late),
         *context.claims(study, [(group.label, group.settings) for group in groups], late),
     ]
 
@@ -155,7 +162,7 @@ def physics_part(context: Context) -> list[Block]:
             "`forest` is the paper's classifier. The paper's own system is `paper`, `rl`, `forest`."
         ),
         Text("\n".join(f"- {source}" for source in sources)),
-        _performance(context, study, "physics", ["rules", "push", "estimate", "engine"], groups, late),
+        *_performance(context, study, "physics", ["rules", "push", "estimate", "engine"], groups, late),
         *context.claims(study, claimed, late),
     ]
 
@@ -227,7 +234,8 @@ def drawings_part(context: Context, study: str, names: Sequence[str]) -> list[Bl
         drawn(name, context.size, context.runs, context.pages)
         what = RUNS[DRAWINGS[name].run].on(context.size.engine)
         acting = "in their own time" if what.mode == "asynchronous" else "all at once"
-        place = f"{_label(what.scenario, what.variant)}, `{what.policy}`, {what.backend}"
+        backend = "node world" if what.backend == "nodeworld" else what.backend
+        place = f"{_label(what.scenario, what.variant)}, `{what.policy}`, {backend}"
         blocks += context.picture(name)
         blocks.append(Text(f"Ours: {place}, agents {acting}, seed {context.size.first_seed}."))
     rows = []

@@ -90,6 +90,7 @@ def test_the_page_shows_the_best_points_beside_the_preset(tmp_path, monkeypatch)
     made = reproduce(tmp_path, ["fit"], size=TINY, workers=2, on_outcome=watch)
     text = (tmp_path / "reproduction" / "fit.md").read_text()
     assert "4 points on the node world" in text and "seeds 500010-500011" in text
+    assert "| hard r5-6 | success | 0.73 |" in text and "of the 10 figures are close" in text
     assert "| the preset |" in text and "| `patience` 5.0 |" in text
     assert sum(made.verdicts.values()) == 2 * len(PAPER.performance)
     assert (tmp_path / "reproduction" / "fit.png").stat().st_size > 5000

@@ -184,10 +184,11 @@ def test_the_first_page_says_what_holds_and_leads_to_the_others(made):
     text = result.markdown.read_text()
     assert result.markdown == out / "reproduction" / "index.md"
     counted = result.verdicts
-    holds = counted["agrees"] + counted["better"]
     assert (
-        f": {holds} as the paper says or better, {counted['disagrees']} otherwise, {counted['undecided']} that" in text
+        f": {counted['agrees']} agree, in {counted['better']} ours is better, {counted['disagrees']} differ, "
+        f"{counted['undecided']} are undecided" in text
     )
+    assert text.index("## What holds") < text.index("## By subject") < text.index("## Pages")
     links = re.findall(r"\]\(([a-z]+)\.md\)", text)
     assert {"ablations", "pheromones", "push", "verdicts"} == set(links) and "performance" in PAGES
     for name in links:
@@ -198,22 +199,26 @@ def test_the_first_page_says_what_holds_and_leads_to_the_others(made):
 
 def test_the_summary_is_made_from_verdicts_alone():
     def judged(word, **settings):
-        verdict = SimpleNamespace(word=word, difference=Figure(3.25, 1.0, 5.0, 5), wanting="")
-        return Judged(
-            "performance-physics", "steps on easy (`x`)", "", verdict, settings, 1, "Because." * (word[0] == "d")
+        verdict = SimpleNamespace(
+            word=word, difference=Figure(3.25, 1.0, 5.0, 5), wanting="about 9 seeds would do" * (word == "undecided")
         )
+        why = "Because." * (word == "disagrees")
+        return Judged("performance-physics", "steps on easy (`x`)", settings["policy"], verdict, settings, 1, why)
 
     papers = {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"}
     found = [judged("agrees", **papers), judged("better", **papers), judged("disagrees", **papers)]
     context = SimpleNamespace(
         judged=[*found, judged("undecided", policy="colony")], evidence=Evidence([]), paper=PAPER, trainings=()
     )
-    [overall, lines] = summary(context)
-    assert "compared 4 figures" in overall.text and ": 2 as the paper says or better" in overall.text
-    own, colony = lines.text.split("\n")
-    assert "rigid bodies" in own and "of 3 comparisons, 1 agrees and 1 is better." in own
-    assert "1 does not: steps on easy (+3.2). Why, as far as we know: Because." in own
-    assert "`colony`" in colony and "none is decided" in colony and "Undecided: 1." in colony
+    text = as_markdown(summary(context))
+    assert "We set 4 figures and claims of the paper" in text
+    assert "1 agree, in 1 ours is better, 1 differ, 1 are undecided" in text
+    holds, differs, why, is_open = re.findall(r"(?m)^- (.*)$", text)
+    assert holds == "**The paper's own system with rigid bodies:** steps on easy (2 of 3)."
+    assert differs.endswith(" steps on easy (1 of 3: +3.2).") and why == "Because."
+    assert "| The paper's own system with rigid bodies | 3 | 1 | 1 | 1 | 0 |" in text
+    assert "| Our rules `colony` with rigid bodies | 1 | 0 | 0 | 0 | 1 |" in text
+    assert is_open == "steps on easy (colony): about 9 seeds would do."
 
 
 def test_the_page_needs_no_other_file(made):
@@ -277,9 +282,11 @@ def test_stored_runs_in_physics_take_the_place_of_new_ones(tmp_path):
     text = (made.markdown.parent / "performance.md").read_text()
     for row in PAPER.performance:
         theirs = f"{row.steps[0]:g} ± {row.steps[1]:g}"
-        assert f"| {row.label} | `colony` | `staged` | `way` | `bullet` | 3 | 12 | {theirs} | 21.0 [18.5, 23.5]" in text
+        assert f"| {row.label} | `colony` | `staged` | `way` | `bullet` | 3 | {theirs} | 21.0 [18.5, 23.5]" in text
     assert "4 episodes a run" in text and "Runs on `bullet`: seeds 7-9, stored in `bullet.jsonl`." in text
-    assert [gap.split(": ")[1] for gap in made.gaps] == ["no run of the paper's own system, `paper`, `rl`, `forest`."]
+    own, *few = [gap.split(": ")[1] for gap in made.gaps]
+    assert own == "no run of the paper's own system, `paper`, `rl`, `forest`." and len(few) == len(PAPER.performance)
+    assert few[0] == "easy with `colony`, `staged`, `way`, bullet has 3 of 5 seeds."
     assert "| easy | 22.4 ± 16.1; 0.91 ± 0.16 | 21.0 [18.5, 23.5]; 1.00 [1.00, 1.00]; 3 |" in made.markdown.read_text()
     assert not (tmp_path / "out" / "trials").exists()
     file.write_text('{"setting": 1}\n')
@@ -317,10 +324,11 @@ def test_runs_under_several_rules_executors_and_estimates_are_told_apart(tmp_pat
     ]  # fmt: skip
     file = tmp_path / "bullet.jsonl"
     file.write_text("\n".join(rows))
-    made = reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
+    size = replace(FULL, physics_seeds=2)
+    made = reproduce(tmp_path / "out", ["performance-physics"], physics=[file], size=size)
     text = (made.markdown.parent / "performance.md").read_text()
     for policy, push, estimate in kinds:
-        assert text.count(f"| `{policy}` | `{push}` | `{estimate}` | `bullet` | 2 | 8 |") == len(MAPS)
+        assert text.count(f"| `{policy}` | `{push}` | `{estimate}` | `bullet` | 2 |") == len(MAPS)
     assert not made.gaps and "`paper`, `rl`, bullet" in made.markdown.read_text()
     file.write_text(stored_run("easy", "pull", 7))
     with pytest.raises(ColonysimError, match="no executor 'pull'"):
@@ -365,11 +373,12 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     ]  # fmt: skip
     assert re.findall(r"### Claims, with the reading (.*)", text) == ["`standard target`, bullet"]
     assert "| better, agrees, better |" in text
+    assert "several seeds, `standard target`, bullet is shown to reach the paper's success" in text
     first = made.markdown.read_text()
-    assert "the paper reports 0.94, 1.00, 0.90 after 400 training episodes. Here after 400: `paper` on bullet" in first
     assert (
-        "`standard target` on bullet 1.00, 1.00, 1.00 (3 seeds); `improved` on bullet 1.00, 1.00, 1.00 (1 seed)"
-        in first
+        "in the paper 0.94, 1.00, 0.90 after 400 training episodes; here after 400 to the letter on bullet 1.00, 1.00, "
+        "1.00 (1 training); by the reading `standard target` on bullet 1.00 [1.00, 1.00], 1.00 [1.00, 1.00], "
+        "1.00 [1.00, 1.00] (3 trainings)." in first
     )
     assert (made.markdown.parent / "push-readings.png").stat().st_size > 5000
 
