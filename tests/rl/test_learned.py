@@ -62,6 +62,7 @@ OPTIONS = {
     "which hole": {"hole": "action", **ROWS},
     "no pheromones": {"parts": ("self", "neighbours", "boxes")},
     "few boxes": {"boxes": 1, "holes": 1},
+    "sensors that err": {"overrides": {"faults": {"box_missed": 0.2, "node_misplaced": 0.2, "mark_noise": 0.3}}},
 }
 
 
@@ -70,8 +71,9 @@ OPTIONS = {
 def test_a_native_run_has_the_trace_hash_of_an_environment_that_the_network_drives(options, mode, tmp_path):
     for variant in (None, "r5-6"):
         folder = tmp_path / str(variant)
-        env = rl.aec("hard", variant=variant, mode=mode, flat=True, pheromones="keep", overrides={"episodes": 2},
-                     trace=folder, **options)  # fmt: skip
+        overrides = options.get("overrides", {})
+        asked = {**options, "overrides": {"episodes": 2, **overrides}}
+        env = rl.aec("hard", variant=variant, mode=mode, flat=True, pheromones="keep", trace=folder, **asked)
         card = rl.save_policy(tmp_path / "policy.npz", layers_for(env.turns.observer.options, 2), env)
         model = rl.load_policy(card)
         env.reset(seed=3)
@@ -82,7 +84,7 @@ def test_a_native_run_has_the_trace_hash_of_an_environment_that_the_network_driv
         played = Run.open(folder / "run-000001").manifest
         native = colonysim.run(
             "hard", variant=variant, policy="learned", mode=mode, seed=3, episodes=2, trace=False,
-            overrides={"policy.model": str(card)},
+            overrides={**overrides, "policy.model": str(card)},
         )  # fmt: skip
         assert played["trace_sha256"] == native.manifest["trace_sha256"]
         assert played["rows"] == native.manifest["rows"] and played["rows"]["events"] > 100
