@@ -80,7 +80,7 @@ def command(
     need("matplotlib", "plot", "drawing")
     size = replace(QUICK if quick else FULL, first_seed=first_seed, engine=engine or default_engine())
     if seeds is not None:
-        size = replace(size, seeds=seeds)
+        size = replace(size, seeds=seeds, near_seeds=0)
     with Bar("trials", 1.0, quiet) as bar:
 
         def watch(outcome: Outcome, done: int, total: int) -> None:

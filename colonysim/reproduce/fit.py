@@ -187,7 +187,7 @@ def _driven(context: Context) -> list[Block]:
                     ours, digits = Figure.of(by_seed, WITHIN.get(measure)), _DIGITS[measure]
                     verdict = level(ours, row.reported(measure), measure)
                     about = f"{measure} on {row.label} (`{row.place}`)"
-                    judged = Judged(_STUDY, about, f"`paper` at {values}, {engine}", verdict, settings, digits)
+                    judged = Judged(_STUDY, about, f"`paper`, fitted, {engine}", verdict, settings, digits)
                     cells += [ours.shown(digits) if ours else "-", context.judge(judged)]
                 far = f"{distance(context.paper, point, point.seeds()):.2f}"
                 rows.append([values, engine, row.label, str(len(point.runs[row.label])), *cells, far])

@@ -13,7 +13,7 @@ from colonysim.reproduce.context import Judged
 from colonysim.reproduce.document import Block, Picture, Table, Text
 from colonysim.reproduce.facts import FACTS
 from colonysim.reproduce.judging import WITHIN, Figure, level, share
-from colonysim.reproduce.plans import ABLATED, MAPS, PRESETS
+from colonysim.reproduce.plans import ABLATED, MAPS, NEAR, PRESETS
 from colonysim.reproduce.recorded import DRAWINGS, RUNS, drawn, recorded
 
 if TYPE_CHECKING:
@@ -178,8 +178,8 @@ def ablation_part(context: Context, name: str) -> list[Block]:
     blocks: list[Block] = [
         Text(
             f"Node world, all agents at once as in the paper's, {context.size.episodes} episodes a run, seeds "
-            f"{_seeds(context)}. The paper prints no values but R = 3 and 5 of sanity; ours lie around "
-            "those of the presets."
+            f"{_seeds(context)}{_nearer(context, name)}. The paper prints no values but R = 3 and 5 of sanity; ours "
+            "lie around those of the presets."
         )
     ]
     for preset in PRESETS:
@@ -209,6 +209,14 @@ def ablation_part(context: Context, name: str) -> list[Block]:
     span = "{}-{}".format(*context.size.late())
     columns = [f"`{preset}`: {what}" for preset in PRESETS for what in ("steps, all episodes", f"steps, {span}")]
     return [*blocks, Table(["parameter", "value", *columns], rows), *context.claims(study, _BOTH, context.size.late())]
+
+
+def _nearer(context: Context, name: str) -> str:
+    size, more = context.size, [_parameter(parameter) for place, parameter in NEAR if place == name]
+    if not more or size.near_seeds <= size.seeds:
+        return ""
+    last = size.first_seed + size.near_seeds - 1
+    return f" ({', '.join(more)}: to {last}, for what it shows lies near the limit of the negligible)"
 
 
 def _parameter(name: str) -> str:

@@ -69,6 +69,7 @@ TOPICS = (
     Topic("What it says of training the push", ("push",), {}, named=True),
     Topic("Our rules `colony` with rigid bodies", _PHYSICS, {"policy": "colony"}),
     Topic("Our rules `colony` on the node world", ("performance-nodeworld",), {"policy": "colony"}),
+    Topic("What the paper says of parameters and so on, under `colony`", _RULES + _FIELDS, {"policy": "colony"}),
 )  # fmt: skip
 _WORDS = (
     "The paper lets robots push boxes into holes until all of them can cross to a goal. They do not talk: each leaves "

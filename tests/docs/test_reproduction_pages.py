@@ -48,6 +48,11 @@ def test_the_first_page_counts_the_verdicts_and_names_each_that_is_undecided():
         f"{words['agrees']} agree, in {words['better']} ours is better, {words['disagrees']} differ, "
         f"{words['undecided']} are undecided" in first
     )
+    subjects = first.partition("## By subject\n\n")[2].partition("\n\n")[0].splitlines()[2:]
+    counted = [[int(cell) for cell in line.strip("| ").split(" | ")[1:]] for line in subjects]
+    assert [sum(column) for column in zip(*counted, strict=True)] == [
+        len(rows), *(words[word] for word in ("agrees", "better", "disagrees", "undecided")),
+    ]  # fmt: skip
     opened = re.search(r"## What is open\n\n(.*?)\n\n", first, re.S)
     assert (opened[1].count("\n- ") + 1 if opened else 0) == words["undecided"]
     assert all(row[5] for row in rows if row[4] == "undecided"), "each says what it would take"

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from colonysim.cli import app
 from colonysim.errors import ColonysimError
-from colonysim.reproduce import STUDIES, reproduce
+from colonysim.reproduce import STUDIES, plans, reproduce
 from colonysim.reproduce.context import Judged
 from colonysim.reproduce.document import Heading, Page, Picture, Table, Text, as_html, as_markdown
 from colonysim.reproduce.evidence import Evidence, found_by, stored_in_physics
@@ -141,6 +141,17 @@ def test_a_full_reproduction_takes_up_what_a_quick_one_has_run():
         {t.identity for t in joined(asked(STUDIES["asynchrony"].trials(size))).trials} for size in (QUICK, FULL)
     )
     assert quick < full
+
+
+def test_what_lies_near_a_limit_has_more_seeds_unless_some_are_asked_for():
+    def seeds(size, name, parameter):
+        [document] = [each for each in plans.ablation(size, name) if parameter in each["grid"]]
+        return document["seeds"]["count"]
+
+    for name, parameter in plans.NEAR:
+        assert seeds(FULL, name, parameter) == FULL.near_seeds > FULL.seeds == seeds(FULL, name, "policy.beta")
+        assert seeds(QUICK, name, parameter) == QUICK.seeds
+        assert seeds(replace(FULL, seeds=500), name, parameter) == 500
 
 
 def test_a_trial_that_two_studies_ask_for_is_run_once_and_found_by_both():
