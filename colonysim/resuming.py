@@ -248,9 +248,7 @@ def anew(
         if manifest["backend"] in PACKAGES:
             options.pop("engine", None)
     if policy is None:
-        own = scenario.policy if known("policies", scenario.policy) else None
-        same = own is not None and called("policies", own, make_policy(None, scenario)) == manifest["policy"]
-        policy = None if same else importable("policy", manifest["policy"])
+        policy = None if _is_own(manifest["policy"], scenario) else importable("policy", manifest["policy"])
     body = make_backend(backend, options if isinstance(backend, str) else None, scenario)
     return Colony(
         scenario, backend=body, policy=policy, mode=manifest["mode"], episodes=manifest["episodes"],
@@ -272,3 +270,14 @@ def _start(manifest: Mapping[str, Any]) -> dict[str, list[Frame]] | None:
     if digest is not None and other.manifest.get("trace_sha256") != digest:
         raise ColonysimError(f"{path}: is not the run any more whose pheromones this one has started with")
     return start_with(other)
+
+
+def _is_own(name: str, scenario: Scenario) -> bool:
+    """Whether a policy's name, as a manifest has it, is that of the scenario's own policy."""
+    own = scenario.policy
+    if not known("policies", own):
+        return False
+    try:
+        return called("policies", own, make_policy(None, scenario)) == name
+    except ColonysimError:  # the parameters are those of the policy that was run in its place
+        return False

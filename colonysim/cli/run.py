@@ -242,7 +242,7 @@ def command(
                         attend=None if controls is None else controls.attend, checkpoint_every=every,
                     )  # fmt: skip
             except Anew:
-                say(f"Begins anew. {told().removeprefix('Interrupted after ').capitalize()}")
+                say(f"Begins anew. {told()}")
                 continue
             if as_json:
                 print_json(results(recorded))

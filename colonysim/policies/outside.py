@@ -92,6 +92,11 @@ class Outside:
         taken = getattr(self._policy, "restore", None)
         return state if taken is None else taken(agent, state)
 
+    def take_over(self, memory: Any, before: Outside) -> Any:
+        """What an agent remembers from now on whose other policy had other parameters until now."""
+        taken = getattr(self._policy, "take_over", None)
+        return memory if taken is None else taken(memory, before._policy)
+
 
 class _Over:
     """Makes an `Outside` over a policy."""

@@ -1,4 +1,4 @@
-"""The push environments under Gymnasium's names; light, for Gymnasium imports it whenever it is imported itself."""
+"""The push environments under Gymnasium's names, registered when `colonysim.rl` is imported."""
 
 from __future__ import annotations
 
@@ -19,10 +19,4 @@ def register() -> None:
     for name, made_with in PUSHES.items():
         full = f"colonysim/{name}"
         if full not in registration.registry:
-            # Within a plugin's own namespace, which is that of the name, Gymnasium takes the name alone.
-            namespace = registration.current_namespace
-            registration.register(
-                id=full if namespace is None else name,
-                entry_point="colonysim.push.training.env:PushEnv",
-                kwargs=dict(made_with),
-            )
+            registration.register(id=full, entry_point="colonysim.push.training.env:PushEnv", kwargs=dict(made_with))

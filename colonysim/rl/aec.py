@@ -8,6 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import AECEnv
 
+from colonysim.errors import ColonysimError
 from colonysim.rendering import RENDER_MODES, Rendering
 from colonysim.rl.picture import FPS
 from colonysim.rl.turns import Turns, name_of
@@ -86,7 +87,13 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         self._rendering.follow(self.turns.picture)
 
     def step(self, action: Action | None) -> None:
-        """Has the agent that is asked act; None for one whose episode is over."""
+        """Has the agent that is asked act; None for one whose episode is over.
+
+        Raises:
+            ColonysimError: `reset` has not been called, the episode is over for all, or that is no action.
+        """
+        if not self.agents:
+            raise ColonysimError("nobody is asked: call reset")
         name = self.agent_selection
         if self.terminations[name] or self.truncations[name]:
             self._was_dead_step(action)
@@ -136,6 +143,8 @@ class ColonyAEC(AECEnv):  # type: ignore[misc]
         Args:
             seed: All that is random from now on is drawn anew from it; None for a twin.
         """
+        if not hasattr(self, "agent_selection"):
+            raise ColonysimError("there is nothing to fork yet: call reset first")
         twin = type(self)(self.turns.fork(seed), self.render_mode)
         twin.agents, twin._skip_agent_selection = self.agents[:], self._skip_agent_selection
         twin.rewards, twin._cumulative_rewards = dict(self.rewards), dict(self._cumulative_rewards)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from colonysim.arguments import shown
 from colonysim.errors import ColonysimError
 from colonysim.suggest import nearest
 
@@ -100,7 +102,33 @@ def reward_of(given: str | Reward) -> Reward:
         ColonysimError: There is none of that name.
     """
     if callable(given):
-        return given
+        return _Checked(given)
     if given not in REWARDS:
         raise ColonysimError(f"no reward {given!r}; {nearest(str(given), REWARDS)}")
     return REWARDS[given]
+
+
+class _Checked:
+    """A reward that somebody brings: what it answers is checked before anybody is paid.
+
+    Args:
+        given: The function.
+    """
+
+    def __init__(self, given: Reward) -> None:
+        self._given = given
+
+    def __call__(self, stretch: Stretch) -> list[float]:
+        """What it answers.
+
+        Raises:
+            ColonysimError: That is not one finite number for each agent.
+        """
+        answer, count = self._given(stretch), len(stretch.there)
+        try:
+            paid = None if isinstance(answer, Mapping) else [float(value) for value in answer]
+        except (TypeError, ValueError):
+            paid = None
+        if paid is None or len(paid) != count or not all(map(isfinite, paid)):
+            raise ColonysimError(f"reward: {shown(answer)}, expected {count} finite numbers, one for each agent")
+        return paid

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import operator
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -24,7 +26,7 @@ from colonysim.suggest import nearest
 from colonysim.world.intents import Push, Travel, Wait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
     from typing import Self
 
     from numpy.typing import NDArray
@@ -38,7 +40,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Action", "Turns", "name_of"]
 
-_INTENTS, _NUMBERS = (Choice, Travel, Push, Wait), (int, np.integer, np.ndarray)
+_INTENTS = (Choice, Travel, Push, Wait)
+MOST_ROWS = 10_000
+"""Rows of neighbours, of boxes and of holes in an observation, at most."""
 Action = int | np.integer[Any] | Choice | Travel | Push | Wait
 """A number of the action space, or what a policy of this package answers."""
 ENDING = ("goal", "lost", "spent")
@@ -109,9 +113,10 @@ class Turns:
             by_box = {name: field.by_box for name, field in colony.fields.items()}
         most = given["neighbours"]
         self.observer = Observer(
-            scenario, by_box, parts=tuple(given["parts"]), flat=given["flat"], boxes=whole("boxes", given["boxes"], 0),
-            holes=whole("holes", given["holes"], 0), by_action=given["hole"] == "action",
-            neighbours=None if most is None else whole("neighbours", most), marks=self._marks, busy=busy,
+            scenario, by_box, parts=tuple(given["parts"]), flat=given["flat"],
+            boxes=whole("boxes", given["boxes"], 0, MOST_ROWS),
+            holes=whole("holes", given["holes"], 0, MOST_ROWS), by_action=given["hole"] == "action",
+            neighbours=None if most is None else whole("neighbours", most, 1, MOST_ROWS), marks=self._marks, busy=busy,
         )  # fmt: skip
         self._clear()
 
@@ -265,12 +270,12 @@ class Turns:
         colony = self._held()
         if (agent := colony.asked) is None:
             raise ColonysimError("the episode is over: call reset")
-        given: Choice | Intent
-        if isinstance(action, _INTENTS):
-            given, mark, illegal = action, 0.0, False
-        else:
-            given, mark, illegal = self._intent(agent, action)
-        colony.answer(given, mark)
+        self._take(colony, agent, self._given(agent, action))
+
+    def _take(self, colony: Colony, agent: int, given: tuple[Choice | Intent, float, bool]) -> None:
+        """Takes the decision of the agent that is asked, as `_given` has read it."""
+        decision, mark, illegal = given
+        colony.answer(decision, mark)
         self._since[agent], self._illegal[agent], self._seen = colony.now, illegal, None
 
     def decide_together(self, actions: Mapping[str, Action]) -> None:
@@ -278,15 +283,24 @@ class Turns:
 
         Args:
             actions: By name of an agent; those of others are left aside.
-        """
-        for agent in self.together:
-            self.decide(actions.get(name_of(agent), self.observer.moves.pause))
 
-    def _intent(self, agent: int, action: Any) -> tuple[Intent, float, bool]:
-        """What an action means, the mark that it leaves, and whether it is not allowed."""
-        if not isinstance(action, _NUMBERS) or isinstance(action, bool):
+        Raises:
+            ColonysimError: One is no action, or is not allowed; then no agent has decided.
+        """
+        colony = self._held()
+        if not isinstance(actions, Mapping):
+            raise ColonysimError(f"{actions!r} holds no actions; expected a mapping from the names of agents")
+        pause = self.observer.moves.pause
+        for agent, given in [(a, self._given(a, actions.get(name_of(a), pause))) for a in self.together]:
+            self._take(colony, agent, given)
+
+    def _given(self, agent: int, action: Any) -> tuple[Choice | Intent, float, bool]:
+        """The decision that an action means, the mark that it leaves, and whether it is not allowed."""
+        if isinstance(action, _INTENTS):
+            return action, 0.0, False
+        observer, number = self.observer, _whole(action)
+        if number is None:
             raise ColonysimError(f"agent {agent}: {action!r} is no action; expected a number, a Choice or an intent")
-        number, observer = int(action), self.observer
         if not 0 <= number < observer.actions:
             raise ColonysimError(f"agent {agent}: no action {number}; expected one from 0 to {observer.actions - 1}")
         sight = self.sight(agent)
@@ -475,3 +489,11 @@ class Turns:
         scenario = self.scenario
         nodes = len(scenario.topology)
         return 1 + 9 * len(scenario.agents) + 4 * len(scenario.boxes) + nodes * (2 + len(self.observer.names))
+
+
+def _whole(action: Any) -> int | None:
+    """An action as a number; None for what is no whole number."""
+    try:
+        return None if isinstance(action, (bool, np.bool_)) else operator.index(action)
+    except TypeError:
+        return None

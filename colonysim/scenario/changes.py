@@ -24,7 +24,7 @@ Kind: TypeAlias = Literal[
 ]  # fmt: skip
 CHANGES: tuple[Kind, ...] = get_args(Kind)
 """What a change can do."""
-FIXED = ("name", "extra_fields", "model")
+FIXED = ("name", "preset", "extra_fields", "model")
 """What no change of `policy` can set: it would be another policy, have other fields, or be made of another file."""
 
 

@@ -64,8 +64,9 @@ def restore_episode(
     streams: Streams,
     *,
     synchronous: bool,
+    under_way: bool,
 ) -> None:
-    """Takes over the state of an episode.
+    """Takes over the state of an episode; of one that is over, moves that its end has cut off stay so.
 
     World, fields and backend are in their states already, and the backend has been reset with the same streams;
     the other arguments are those of `begin`.
@@ -121,7 +122,7 @@ def restore_episode(
             expires[agent],
             outcomes[agent],
         )
-    acts = [agent for agent in range(agents) if doing[agent] == ACTING]
+    acts = [agent for agent in range(agents) if doing[agent] == ACTING] if under_way else []
     moving = [agent for agent, moves, _ in episode.ticks.turns if moves]
     if any(episode.target[agent] < 0 for agent in (*acts, *moving)):
         raise told.fault("target", columns["target"], "a node for each agent that acts")

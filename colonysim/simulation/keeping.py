@@ -220,6 +220,7 @@ def _take_over(colony: Colony, told: Stored) -> None:
             colony._memories,
             own,
             synchronous=colony.mode == "synchronous",
+            under_way=running,
         )
     colony._running = running
 
@@ -390,7 +391,10 @@ def adopt(colony: Colony, scenario: Scenario, due: float | None = None, *, tuned
         body.reset(world, own)
         body.restore(moved)
     if state is not None:
-        restore_episode(colony._episode, state, number, colony._memories, own, synchronous=colony.mode == "synchronous")
+        restore_episode(
+            colony._episode, state, number, colony._memories, own, synchronous=colony.mode == "synchronous",
+            under_way=colony._running,
+        )  # fmt: skip
     before.close()
 
 

@@ -28,6 +28,8 @@ _PATIENCE = 20.0
 """Seconds that a request waits for the simulation, which attends to it between two events."""
 _LONGEST = 2.0
 """Seconds that the run waits at most for the time of one event to pass: nobody sits through a stall of minutes."""
+_LOOK = 0.02
+"""Seconds from one look at what is asked for to the next, while the run waits."""
 _FASTEST = 1e9
 _WORDS = ("look", "pause", "go", "step", "pace", "change", "reset")
 
@@ -43,7 +45,9 @@ class Controls:
     """
 
     def __init__(self, pace: float = 0.0) -> None:
-        self._turn = threading.Condition()
+        # The lock itself and no condition: a signal that ends the run could come within a condition's own methods, and
+        # leave it locked for good.
+        self._turn = threading.RLock()
         self._pace, self._paused, self._steps, self._anew = real("pace", pace, 0.0, _FASTEST), False, 0, False
         self._asked: list[tuple[Mapping[str, Any], Future[str]]] = []
         self._shown: dict[str, Any] = {}
@@ -80,33 +84,31 @@ class Controls:
         before, self._last = self._last, (episode, now)
         passed = now - before[1] if before[0] == episode else now
         began = time.monotonic()
-        told = False
         with self._turn:
             self._note(colony)
-            while True:
+        told = False
+        while True:
+            with self._turn:
                 self._do(colony)
                 if self._anew:
                     raise Anew
-                if self._paused and not self._steps:
-                    if not told:
-                        told = True
-                        share()
-                    self._turn.wait()
-                    continue
-                if self._paused:
+                rests = self._paused and not self._steps
+                if self._paused and not rests:
                     self._steps -= 1
                     return
                 left = min(passed / self._pace, _LONGEST) - (time.monotonic() - began) if self._pace else 0.0
-                if left <= 0.0:
-                    return
-                self._turn.wait(left)
+            if not rests and left <= 0.0:
+                return
+            if rests and not told:
+                told = True
+                share()
+            time.sleep(_LOOK if rests else min(left, _LOOK))
 
     def end(self) -> None:
         """The run is over: nothing can be asked of it but to begin anew."""
         with self._turn:
             self._over = True
             self._forget("the run is over")
-            self._turn.notify_all()
 
     def _forget(self, why: str) -> None:
         """Answers those who have asked for a change that will not be made."""
@@ -116,8 +118,8 @@ class Controls:
 
     def wait_for_reset(self) -> None:
         """Waits, after the end of a run, until it is to begin anew."""
-        with self._turn:
-            self._turn.wait_for(lambda: self._anew)
+        while not self._anew:
+            time.sleep(_LOOK)
 
     def _note(self, colony: Colony) -> None:
         """What pages may ask for at any moment."""
@@ -178,7 +180,6 @@ class Controls:
                     raise ColonysimError("change: expected a mapping, as an entry of `changes:`")
                 answer: Future[str] = Future()
                 self._asked.append((item, answer))
-            self._turn.notify_all()
         if word == "change":
             try:
                 said = answer.result(_PATIENCE)

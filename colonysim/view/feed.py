@@ -56,7 +56,10 @@ class Feed:
         self._fields = Fields(run)
         # Pheromones that cannot be shown right are not shown.
         self._marked = not no_pheromones(run, range(1, run.manifest["episodes"] + 1))
-        self._change = threading.Condition()
+        # What may be ended by a signal takes the lock itself: one that came within the condition's own methods would
+        # leave it locked for good.
+        self._lock = threading.RLock()
+        self._change = threading.Condition(self._lock)
         self._open: list[_Piece] = []
         self._waiting: deque[_Piece] = deque()
         self._rows = 0
@@ -78,7 +81,7 @@ class Feed:
 
     def cut(self) -> None:
         """Lets the rows so far be packed."""
-        with self._change:
+        with self._lock:
             for piece in self._open if not self.trouble else ():
                 self._waiting.append(piece)
                 self._rows += _length(piece)
@@ -89,7 +92,7 @@ class Feed:
 
     def end(self) -> None:
         """Says that no more rows will come; the last block tells how the run ended. Returns when it is there."""
-        with self._change:
+        with self._lock:
             self._ended = True
             self._change.notify_all()
         self._thread.join()

@@ -56,7 +56,7 @@ def _offered(policy: str, given: Mapping[str, Any], without: Sequence[str]) -> l
         return []
     if any(each.name == _PRESET for each in parameters) and given.get(_PRESET) in PRESETS:
         parameters = tuple(parameters_of(StigmergySettings, PRESETS[given[_PRESET]]))
-    names = (*FIXED, *OF_A_RUN, _PRESET, *without)
+    names = (*FIXED, *OF_A_RUN, *without)
     forms = [(each, _control(each)) for each in parameters if each.name not in names]
     return [
         {"name": each.name, "value": given.get(each.name, each.default), "default": each.default,

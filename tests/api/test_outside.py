@@ -167,3 +167,12 @@ def test_whoever_looks_through_an_agent_s_eyes_changes_nothing():
         if colony.now < 5.0 and not colony.over:
             colony.view(0)
     assert events == list(Colony(scenario, seed=3, episodes=1))
+
+
+def test_a_timeline_that_sets_the_chance_to_explore_is_heeded_from_outside_too():
+    changes = [{"time": 3.0, "policy": {"epsilon": 0.9}}, {"time": 9.0, "policy": {"beta": 1.0}}]
+    scenario = colonysim.load_scenario("hard", overrides={"changes": changes})
+    asked = {"seed": 3, "episodes": 1}
+    own = list(Colony(scenario, policy="colony", **asked))
+    assert _answered(Colony(scenario, policy=Outside, **asked)) == own
+    assert own != list(Colony("hard", policy="colony", **asked))

@@ -752,3 +752,16 @@ def test_memories_that_cannot_be_written_are_refused_by_save_and_fork_alike(memo
         with pytest.raises(ColonysimError, match="plain data"):
             keep()
     assert not (tmp_path / "saved.npz").exists()
+
+
+@pytest.mark.parametrize("mode", ["asynchronous", "synchronous"])
+def test_an_episode_that_time_has_cut_off_can_be_kept_too(mode: str, tmp_path: Path) -> None:
+    scenario = colonysim.load_scenario("hard", None, {"time_limit": 6.5})
+    colony = Colony(scenario, seed=2, episodes=2, mode=mode)
+    last = colony.run_until(episode=1)
+    assert last is not None and last.status == "timeout"
+    colony.save(tmp_path / "saved.npz")
+    rest = events(colony.fork())
+    assert events(Colony.load(tmp_path / "saved.npz")) == rest
+    colony.change({"policy": {"beta": 4.0}})  # as it was
+    assert [event for event in events(colony) if event.kind != "change"] == rest

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tomllib
 import warnings
-from importlib.metadata import EntryPoint
 from importlib.util import find_spec
-from pathlib import Path
 
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.envs import registration
 from gymnasium.utils.env_checker import check_env
 
 from colonysim.errors import ColonysimError
@@ -125,13 +121,10 @@ def test_wheels_turn_as_they_are_told() -> None:
     env.close()
 
 
-def test_gymnasium_finds_them_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    [(space, place)] = project["project"]["entry-points"]["gymnasium.envs"].items()
-    monkeypatch.setattr(registration, "registry", {})
-    with registration.namespace(space):  # as Gymnasium does with what is installed under that entry point
-        EntryPoint(space, place, "gymnasium.envs").load()()
-    assert set(registration.registry) == {f"colonysim/{name}" for name in PUSHES}
+def test_a_name_may_say_what_is_to_be_imported_for_it() -> None:
+    code = "import gymnasium; print(gymnasium.make('colonysim.rl:colonysim/Push-flat-v0'))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "colonysim/Push-flat-v0" in done.stdout
 
 
 def test_to_register_loads_no_engine() -> None:

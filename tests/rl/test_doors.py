@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import threading
 import tracemalloc
 import warnings
@@ -303,3 +304,39 @@ def test_nothing_stays_of_environments_that_are_closed_in_the_middle():
 def test_nothing_stays_of_a_thousand():
     grown, objects = left_behind(1000)
     assert grown < 100_000 and objects < 100
+
+
+@pytest.mark.parametrize(
+    "answer", [[1.0], [1.0] * 5, {0: 1.0, 1: 1.0, 2: 1.0, 3: 1.0}, [1.0, 1.0, 1.0, math.nan], None, "abcd", [None] * 4]
+)
+def test_a_reward_of_one_s_own_that_is_none_is_told(answer):
+    env = rl.aec("hard", reward=lambda stretch: answer, seed=1)
+    with pytest.raises(ColonysimError, match="reward: .*expected 4 finite numbers, one for each agent"):
+        env.reset()
+        for _ in range(20):
+            env.step(env.choice())
+
+
+def test_a_step_together_is_taken_as_a_whole_or_not_at_all():
+    env = rl.parallel("hard", mode="synchronous", illegal="raise", seed=1)
+    with pytest.raises(ColonysimError, match="call reset"):
+        env.step({})
+    observations, _ = env.reset()
+    asked = env.turns.together
+    for wrong in (None, [], 3):
+        with pytest.raises(ColonysimError, match="expected a mapping"):
+            env.step(wrong)
+    legal = {name: int(observations[name]["action_mask"].nonzero()[0][0]) for name in env.agents}
+    forbidden = int((observations[env.agents[asked[1]]]["action_mask"] == 0).nonzero()[0][0])
+    for wrong in (forbidden, 1.7, np.array(1.7), np.array([0]), np.array([0, 1]), np.array("x"), True, None):
+        with pytest.raises(ColonysimError, match=r"not allowed|is no action"):
+            env.step({**legal, env.agents[asked[1]]: wrong})
+        assert env.turns.together == asked
+    env.step(legal)
+
+
+def test_before_a_reset_there_is_nothing_to_ask():
+    env = rl.aec("sanity")
+    for call in (lambda: env.step(0), env.fork):
+        with pytest.raises(ColonysimError, match="call reset"):
+            call()

@@ -410,3 +410,10 @@ def test_a_learned_policy_runs_where_gymnasium_and_pettingzoo_are_not_installed(
     native = colonysim.run("sanity", policy="learned", overrides={"policy.model": str(card)}, episodes=1, trace=False)
     assert done.stdout.split("\n")[0] == native.trace_sha256, done.stderr
     assert install_command("rl") in done.stdout
+
+
+def test_a_run_in_which_it_took_the_place_of_the_scenario_s_policy_is_repeated(tmp_path):
+    card = saved(tmp_path)
+    asked = {"policy": "learned", "overrides": {"policy.model": str(card)}, "seed": 1, "episodes": 1}
+    run = colonysim.run("hard", out=tmp_path / "run", **asked)
+    assert colonysim.repeat(run.path, out=tmp_path / "again").trace_sha256 == run.trace_sha256

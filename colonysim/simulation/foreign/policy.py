@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from colonysim.errors import PASSED_ON, ColonysimError, UnsavableError
 from colonysim.policies.decision import Decider, new_decision
+from colonysim.policies.outside import Outside
 from colonysim.policies.policy import Choice
 from colonysim.simulation.foreign.answers import SHOWN, Foreign, listed, real, truth, whole
 from colonysim.states import copied
@@ -57,6 +58,12 @@ class ForeignPolicy(Foreign, Decider):
         if self.savable:
             return self._call("restore", agent, state, agent=agent)
         return copied(state, "a memory")
+
+    def take_over(self, memory: Any, before: Decider) -> Any:
+        """The memory as it is; of decisions from outside what the policy says whose memory it is."""
+        if isinstance(self._part, Outside) and isinstance(before, ForeignPolicy):
+            return self._part.take_over(memory, before._part)
+        return memory
 
     def think(self, view: LocalView, memory: Any, stream: Stream) -> Decision:
         """An intent that speaks of what exists, and a choice that fits the trace."""
