@@ -75,6 +75,7 @@ SECOND = ("-O2", "-fno-gcse", "-fno-schedule-insns2", "-fno-tree-vectorize")
 """Without three passes that take a seventh of its time; what they bring is lost in the noise."""
 SELDOM = (
     "colonysim/policies/presets.py",
+    "colonysim/policies/sensing.py",
     "colonysim/push/controls.py",
     "colonysim/push/judging.py",
     "colonysim/push/paths.py",
@@ -82,8 +83,8 @@ SELDOM = (
     "colonysim/push/state.py",
     "colonysim/simulation/clock.py",
 )
-"""Each runs for at most a 400th of an episode on Bullet, by sampling, and of others not at all: compiled in half
-the time."""
+"""Each runs for at most a 400th of an episode on Bullet, by sampling, and of others not at all, unless their sensors
+err: compiled in half the time."""
 
 RECORD = "colonysim/compiled.json"
 """What was compiled of which sources, or why nothing was; `colonysim/built.py` reads it."""

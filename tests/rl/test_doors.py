@@ -311,7 +311,7 @@ def test_nothing_stays_of_a_thousand():
 )
 def test_a_reward_of_one_s_own_that_is_none_is_told(answer):
     env = rl.aec("hard", reward=lambda stretch: answer, seed=1)
-    with pytest.raises(ColonysimError, match="reward: .*expected 4 finite numbers, one for each agent"):
+    with pytest.raises(ColonysimError, match=r"reward: .*expected 4 finite numbers, one for each agent"):
         env.reset()
         for _ in range(20):
             env.step(env.choice())

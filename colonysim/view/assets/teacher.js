@@ -5,6 +5,7 @@ import { fill, make } from "./panels.js";
 
 const PACES = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 0]; // simulated seconds a second; 0: as many as may be
 const LOOK = 700; // milliseconds between two looks at how it stands
+const SETTLE = 150; // milliseconds for which a control has to rest before its value is sent
 const EDITED = 3000; // milliseconds in which a value that was just set is not set back by an older one
 const NEAR = 36; // pixels from a click to the node that is meant
 // What most lessons move; everything else is one click away.
@@ -14,7 +15,7 @@ const label = (pace) => (pace ? `${pace} simulated seconds a second` : "as fast 
 
 export class Teacher {
   constructor(run, page) {
-    Object.assign(this, { run, page, tool: null, group: "", edited: new Map(), controls: new Map(), state: { paused: false } });
+    Object.assign(this, { run, page, tool: null, group: "", edited: new Map(), controls: new Map(), wanted: new Map(), setting: false, state: { paused: false } });
     this.address = `controls?token=${encodeURIComponent(new URLSearchParams(location.search).get("token"))}`;
     this.build();
     this.listen();
@@ -248,10 +249,25 @@ export class Teacher {
     this.edited.set(name, performance.now());
   }
 
+  /** Sets a parameter. One command is sent after the other, and of values that follow each other fast only the last. */
   async set(name, value) {
     this.touch(name);
-    const whose = this.group ? { group: this.group } : {};
-    const fine = await this.change({ policy: { [name]: value }, ...whose }, `${name} is ${value ?? "none"}${this.group ? ` for ${this.group}` : ""}`);
+    const { group } = this;
+    this.wanted.set(`${group}/${name}`, { name, value, group });
+    if (this.setting) return;
+    this.setting = true;
+    while (this.wanted.size) {
+      await new Promise((done) => setTimeout(done, SETTLE));
+      const [key, newest] = this.wanted.entries().next().value;
+      this.wanted.delete(key);
+      await this.send(newest);
+    }
+    this.setting = false;
+  }
+
+  async send({ name, value, group }) {
+    const whose = group ? { group } : {};
+    const fine = await this.change({ policy: { [name]: value }, ...whose }, `${name} is ${value ?? "none"}${group ? ` for ${group}` : ""}`);
     if (!fine) {
       this.edited.delete(name);
       this.write();
