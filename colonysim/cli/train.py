@@ -100,12 +100,7 @@ def push(
             )
             bar.move(progress.share)
 
-        def told() -> str:
-            kept = (out / "checkpoint.npz").exists()
-            after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
-            return f"Interrupted. {after}"
-
-        with told_when_stopped(told):
+        with told_when_stopped(lambda: _interrupted(out)):
             trained = train_push(config, out, seed, resume=resume, on_progress=show)
     if trained is not None:
         print_result(f"{trained.card}: best after {trained.peak_episode} episodes")
@@ -220,15 +215,17 @@ def policy(
                 bar.line(_told(progress))
             bar.move(progress.share)
 
-        def told() -> str:
-            kept = (out / "checkpoint.npz").exists()
-            after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
-            return f"Interrupted. {after}"
-
-        with told_when_stopped(told):
+        with told_when_stopped(lambda: _interrupted(out)):
             trained = train_policy(config, out, seed, resume=resume, on_progress=show)
     if trained is not None:
         print_result(f"{trained.card}: best after {trained.best_round} iterations")
+
+
+def _interrupted(out: Path) -> str:
+    """What to say of a training that was stopped."""
+    kept = (out / "checkpoint.npz").exists()
+    after = "Go on from its last checkpoint with --resume." if kept else "There was no checkpoint yet."
+    return f"Interrupted. {after}"
 
 
 def _told(progress: PolicyProgress) -> str:
