@@ -75,7 +75,7 @@ def test_a_sweep_that_is_killed_again_and_again_has_the_same_results(uninterrupt
     out, rng, kills = tmp_path / "out", random.Random(0), 0
     while finished(out) < 40:
         process = started(file, out)
-        wanted = finished(out) + rng.randrange(4, 12)
+        wanted = finished(out) + rng.randrange(2, 7)
         while process.poll() is None and finished(out) < wanted:
             time.sleep(0.002)
         time.sleep(rng.random() * 0.02)
