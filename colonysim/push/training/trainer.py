@@ -1,7 +1,6 @@
 """Training the push (paper Alg. 1): training and testing episodes in turn, the best network kept."""
 
 import dataclasses
-import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,20 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import NonNegativeInt, TypeAdapter, ValidationError
+from pydantic import NonNegativeInt
 
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
-from colonysim.files import alone, check_writable, read_file, replace_file
 from colonysim.installing import install_command
 from colonysim.physics import engine_version
-from colonysim.push.cards import MOST_BYTES, ModelError, check_place, load_arrays, save_arrays, save_model
+from colonysim.push.cards import MOST_BYTES, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
 from colonysim.push.state import State
 from colonysim.push.task import Kind
+from colonysim.push.training.checkpoints import carry_out, fitting, read_checkpoint, write_checkpoint
 from colonysim.push.training.demonstrator import demonstrate
 from colonysim.push.training.episode import Episode, Step
 from colonysim.push.training.mirror import mirror_signs, mirrored
@@ -131,24 +130,11 @@ def train_push(
     if stop_after_blocks is not None:
         stop_after_blocks = whole("stop_after_blocks", stop_after_blocks, 0)
     seed = as_seed(seed)
-    with alone(Path(out_dir), "is training there"):
-        for written in (name, f"{name}-last"):
-            check_place(Path(out_dir) / f"{written}.npz")
-        for file in ("checkpoint.npz", "history.json"):
-            check_writable(Path(out_dir) / file, ModelError)
-        run = _Run(config, Path(out_dir), seed)
-        if resume:
-            run.restore()
-        blocks = 0
-        while not run.finished:
-            if stop_after_blocks is not None and blocks >= stop_after_blocks:
-                return None
-            run.block()
-            run.save()
-            blocks += 1
-            if on_progress is not None:
-                on_progress(run.history[-1])
-        return run.finish(name)
+    folder = Path(out_dir)
+    return carry_out(
+        lambda: _Run(config, folder, seed), folder, (name, f"{name}-last"), resume=resume, stop_after=stop_after_blocks,
+        on_progress=on_progress,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,15 +149,6 @@ class _Note:
     counts: tuple[NonNegativeInt, NonNegativeInt, NonNegativeInt, NonNegativeInt]
     candidates: tuple[tuple[float, float, int], ...]
     history: tuple[Progress, ...]
-
-
-def _read_note(text: npt.NDArray[Any], path: Path) -> _Note:
-    try:
-        return TypeAdapter(_Note).validate_json(text.tobytes())
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(["note", *map(str, first["loc"])])
-        raise ModelError(f"{path}: {where}: {first['msg'][:200]}") from None
 
 
 class _Run:
@@ -206,7 +183,7 @@ class _Run:
     def finished(self) -> bool:
         return self.share >= 1.0
 
-    def block(self) -> None:
+    def go_on(self) -> None:
         """Training episodes, then a test; the exploration, where there is nothing to test, is part of the first."""
         config = self.config
         self._losses.clear()
@@ -310,22 +287,15 @@ class _Run:
             "candidates": [[c.score, c.reward, c.episode] for c in self.candidates],
             "history": [dataclasses.asdict(p) for p in self.history],
         }
-        text = np.frombuffer(json.dumps(note).encode(), dtype=np.uint8)
-        save_arrays(self.folder / "checkpoint.npz", {**arrays, "note": text})
-        # Beside it in plain text, for whoever wants to see how the training goes.
-        replace_file(self.folder / "history.json", json.dumps(note["history"], indent=1), ModelError)
+        write_checkpoint(self.folder, arrays, note)
 
     def restore(self) -> None:
         """Go on from the checkpoint, if there is one."""
-        path = self.folder / "checkpoint.npz"
-        if not path.exists():
+        found = read_checkpoint(self.folder, _Note, self.config, self.seed, self._largest)
+        if found is None:
             return
-        arrays = load_arrays(read_file(path, ModelError, self._largest), str(path), most=self._largest)
-        note = _read_note(arrays.pop("note", np.zeros(0, dtype=np.uint8)), path)
-        same = json.loads(json.dumps(dataclasses.asdict(self.config)))
-        if note.config != same or note.seed != self.seed:
-            raise ModelError(f"{path}: was made with another configuration or seed; train in another folder")
-        try:
+        arrays, note = found
+        with fitting(self.folder):
             self.learner.restore(arrays)
             self.replay.restore(arrays)
             self.rng.bit_generator.state = note.rng
@@ -334,11 +304,6 @@ class _Run:
                 kept = {key.removeprefix(prefix): a for key, a in arrays.items() if key.startswith(prefix)}
                 network_from_arrays(self.config.inputs, kept)
                 self.candidates.append(_Candidate(score, reward, episode, kept))
-        except KeyError as error:
-            raise ModelError(f"{path}: is no checkpoint of such a training: {error} is missing") from None
-        except (ValueError, TypeError, RuntimeError, OverflowError, ModelError) as error:
-            told = (str(error).splitlines() or [type(error).__name__])[0]
-            raise ModelError(f"{path}: is no checkpoint of such a training: {told[:200]}") from None
         self.epsilon, self.spent = note.epsilon, note.cpu_seconds
         self.episodes, self.actions, self.tests, self.counted = note.counts
         self.history = list(note.history)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
 from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, MissingExtraError
-from colonysim.files import alone, check_writable, read_file, replace_file
 from colonysim.installing import install_command
-from colonysim.push.cards import MOST_BYTES, ModelError, check_place, load_arrays, save_arrays
+from colonysim.push.cards import MOST_BYTES
+from colonysim.push.training.checkpoints import carry_out, fitting, read_checkpoint, write_checkpoint
 from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.rl.models import save_policy
 from colonysim.rl.training.games import MARKS, Game, play
@@ -139,24 +137,10 @@ def train_policy(
     if stop_after_rounds is not None:
         stop_after_rounds = whole("stop_after_rounds", stop_after_rounds, 0)
     folder, seed = Path(out_dir), as_seed(seed)
-    with alone(folder, "is training there"):
-        for written in (name, f"{name}-imitated", f"{name}-last"):
-            check_place(folder / f"{written}.npz")
-        for file in ("checkpoint.npz", "history.json"):
-            check_writable(folder / file, ModelError)
-        run = _Run(config, folder, seed)
-        if resume:
-            run.restore()
-        rounds = 0
-        while not run.finished:
-            if stop_after_rounds is not None and rounds >= stop_after_rounds:
-                return None
-            run.round()
-            run.save()
-            rounds += 1
-            if on_progress is not None:
-                on_progress(run.history[-1])
-        return run.finish(name)
+    return carry_out(
+        lambda: _Run(config, folder, seed), folder, (name, f"{name}-imitated", f"{name}-last"), resume=resume,
+        stop_after=stop_after_rounds, on_progress=on_progress,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,15 +153,6 @@ class _Note:
     best_round: int
     imitated: bool
     history: tuple[Progress, ...]
-
-
-def _read_note(text: NDArray[Any], path: Path) -> _Note:
-    try:
-        return TypeAdapter(_Note).validate_json(text.tobytes())
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(["note", *map(str, first["loc"])])
-        raise ModelError(f"{path}: {where}: {first['msg'][:200]}") from None
 
 
 class _Run:
@@ -207,7 +182,7 @@ class _Run:
     def finished(self) -> bool:
         return len(self.history) >= self._rounds
 
-    def round(self) -> None:
+    def go_on(self) -> None:
         """A pass of the imitation, or an iteration of PPO; a test, if it is time for one."""
         epochs = self.config.imitation.epochs
         self.history.append(self._imitate() if len(self.history) < epochs else self._improve())
@@ -292,34 +267,22 @@ class _Run:
             "best_round": self.best_round, "imitated": bool(self.kept),
             "history": [dataclasses.asdict(each) for each in self.history],
         }  # fmt: skip
-        text = np.frombuffer(json.dumps(note).encode(), dtype=np.uint8)
-        save_arrays(self.folder / "checkpoint.npz", {**arrays, "note": text})
-        # Beside it in plain text, for whoever wants to see how the training goes.
-        replace_file(self.folder / "history.json", json.dumps(note["history"], indent=1), ModelError)
+        write_checkpoint(self.folder, arrays, note)
 
     def _cpu_seconds(self) -> float:
         return self.spent + time.process_time() - self._began
 
     def restore(self) -> None:
         """Goes on from the checkpoint, if there is one."""
-        path = self.folder / "checkpoint.npz"
-        if not path.exists():
+        found = read_checkpoint(self.folder, _Note, self.config, self.seed, 4 * MOST_BYTES)
+        if found is None:
             return
-        arrays = load_arrays(read_file(path, ModelError, 4 * MOST_BYTES), str(path), most=4 * MOST_BYTES)
-        note = _read_note(arrays.pop("note", np.zeros(0, dtype=np.uint8)), path)
-        same = json.loads(json.dumps(dataclasses.asdict(self.config)))
-        if note.config != same or note.seed != self.seed:
-            raise ModelError(f"{path}: was made with another configuration or seed; train in another folder")
-        try:
+        arrays, note = found
+        with fitting(self.folder):
             self.learner.restore(arrays)
             for kept in ("imitated", "best") if note.imitated else ():
                 prefix = f"{kept}_"
                 self.kept[kept] = {key: arrays[prefix + key] for key in self._weights()}
-        except KeyError as error:
-            raise ModelError(f"{path}: is no checkpoint of such a training: {error} is missing") from None
-        except (ValueError, TypeError, RuntimeError) as error:
-            told = (str(error).splitlines() or [type(error).__name__])[0]
-            raise ModelError(f"{path}: is no checkpoint of such a training: {told[:200]}") from None
         self.spent, self.best_round, self.history = note.cpu_seconds, note.best_round, list(note.history)
 
     def finish(self, name: str) -> TrainedPolicy:
