@@ -154,7 +154,8 @@ def run(
     seed = as_seed(seed)
     chosen = make_policy(policy, scenario)
     body = make_backend(backend, backend_options, scenario)
-    start = start_with(initial)
+    first = initial if initial is None or isinstance(initial, Run) else Run.open(initial)
+    start = start_with(first)
     manifest = begin_manifest(
         scenario.name,
         scenario=scenario,
@@ -168,7 +169,7 @@ def run(
             "backend": dict(backend_options or {}),
             "overrides": scenario.settings,
             "decisions": "decisions" in kept.tables,
-            **_told_of(initial),
+            **_told_of(first),
             **({} if checkpoint_every is None else {"checkpoint_every": checkpoint_every}),
         },
         recorded=kept.document(),
@@ -343,21 +344,19 @@ def _take_back(directory: Path, made: Sequence[Path]) -> None:
             folder.rmdir()
 
 
-def _told_of(initial: Run | str | Path | None) -> dict[str, str | None]:
+def _told_of(run: Run | None) -> dict[str, str | None]:
     """What the manifest says of the run that this one starts from: where it is from anywhere, and which one it is."""
-    if initial is None:
+    if run is None:
         return {"initial": None}
-    run = initial if isinstance(initial, Run) else Run.open(initial)
     path = None if run.path is None else str(run.path.absolute())
     return {"initial": path, "initial_trace": run.manifest.get("trace_sha256")}
 
 
-def start_with(initial: Run | str | Path | None) -> dict[str, list[Frame]] | None:
+def start_with(run: Run | None) -> dict[str, list[Frame]] | None:
     """The pheromones that a run has left; None without a run."""
-    if initial is None:
+    if run is None:
         return None
     fields: dict[str, list[Frame]] = {}
-    run = initial if isinstance(initial, Run) else Run.open(initial)
     for frame in run.frames():
         fields.setdefault(frame.field, []).append(frame)
     if not fields:

@@ -85,8 +85,9 @@ def resume(
         _check(manifest, directory)
         for left in directory.glob(".*.tmp"):  # by whoever was killed while writing it
             remove_file(left, TraceError)
-        refuse_other_models(manifest, Run(directory, manifest).scenario, directory)
-        _refuse_other_parts(manifest, Run(directory, manifest).scenario, directory, policy, backend)
+        scenario = Run(directory, manifest).scenario
+        refuse_other_models(manifest, scenario, directory)
+        _refuse_other_parts(manifest, scenario, directory, policy, backend)
         source = directory / CHECKPOINT
         saved = read_saved(source) if source.exists() else None
         if saved is not None:
@@ -98,7 +99,6 @@ def resume(
         manifest.update(status="running", finished=None, rows={}, trace_sha256=None, versions=versions())
         again = {"at": now(), "from": None if saved is None else CHECKPOINT}
         manifest["resumed"] = [*manifest.get("resumed", []), again]
-        scenario = Run(directory, manifest).scenario
         kept: dict[str, int] = {} if saved is None else dict(saved.extra["rows"])
 
         def made(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:

@@ -1,4 +1,4 @@
-"""What to install when an optional part is missing, and which rigid-body engine a command uses."""
+"""Parts that commands need named: extras to install, a rigid-body engine, code of others that no file imports."""
 
 from __future__ import annotations
 
@@ -11,11 +11,18 @@ from colonysim.engines import EngineName
 from colonysim.errors import MissingExtraError
 from colonysim.installing import install_command
 
-__all__ = ["EngineOption", "need", "need_engine"]
+__all__ = ["BackendOfOthers", "EngineOption", "PolicyOfOthers", "need", "need_engine"]
 
 EngineOption = Annotated[
     EngineName | None,
     typer.Option("--engine", help="The rigid-body engine. [default: bullet where it is installed, else mujoco]"),
+]
+
+PolicyOfOthers = Annotated[
+    str | None, typer.Option("--policy", "-p", help="The policy, if it is code of others: package.module:Name.")
+]
+BackendOfOthers = Annotated[
+    str | None, typer.Option("--backend", "-b", help="The backend, if it is code of others: package.module:Name.")
 ]
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.extras import BackendOfOthers, PolicyOfOthers
+
 if TYPE_CHECKING:
     from colonysim.sweep.workers import Outcome
 
@@ -39,12 +41,8 @@ def command(
     episodes: Annotated[
         int | None, typer.Option("--episodes", "-n", min=1, help="Where they end. [default: where the run did]")
     ] = None,
-    policy: Annotated[
-        str | None, typer.Option("--policy", "-p", help="The policy, if it is code of others: package.module:Name.")
-    ] = None,
-    backend: Annotated[
-        str | None, typer.Option("--backend", "-b", help="The backend, if it is code of others: package.module:Name.")
-    ] = None,
+    policy: PolicyOfOthers = None,
+    backend: BackendOfOthers = None,
     workers: Annotated[
         int | None, typer.Option("--workers", "-w", min=1, help="Futures at a time. [default: one for each processor]")
     ] = None,

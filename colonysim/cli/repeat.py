@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.extras import BackendOfOthers, PolicyOfOthers
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -31,14 +33,8 @@ def command(
             "--out", "-o", metavar="DIR", help="Where to record; absent or empty. [default: a new directory in runs/]"
         ),
     ] = None,
-    policy: Annotated[
-        str | None,
-        typer.Option("--policy", "-p", help="The policy, if it is code of others: package.module:Name."),
-    ] = None,
-    backend: Annotated[
-        str | None,
-        typer.Option("--backend", "-b", help="The backend, if it is code of others: package.module:Name."),
-    ] = None,
+    policy: PolicyOfOthers = None,
+    backend: BackendOfOthers = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the result only, no progress.")] = False,
 ) -> None:
     """Run a recorded run again, with everything that was done to it by hand, and compare the two.

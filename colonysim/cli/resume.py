@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from colonysim.cli.extras import BackendOfOthers, PolicyOfOthers
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -25,14 +27,8 @@ Examples:
 
 def command(
     path: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
-    policy: Annotated[
-        str | None,
-        typer.Option("--policy", "-p", help="The policy, if it is code of others: package.module:Name."),
-    ] = None,
-    backend: Annotated[
-        str | None,
-        typer.Option("--backend", "-b", help="The backend, if it is code of others: package.module:Name."),
-    ] = None,
+    policy: PolicyOfOthers = None,
+    backend: BackendOfOthers = None,
     checkpoint_every: Annotated[
         str | None,
         typer.Option(
