@@ -297,7 +297,7 @@ class Distance(Marks):
         self._goal = told.whole("goal", 0, nodes - 1)
         self.straight = straight(self._world.topology, self._goal)
         if self.spread is not None:
-            self.spread.restore(told.part("spread"))
+            self.spread.restore(told.take("spread"), "field D, 'spread'")
         self._fading.restore(told)
         self.d, self.official, self.visited = array("d", d), bytearray(official), bytearray(visited)
 

@@ -180,7 +180,7 @@ class Exploration(Marks):
         stored, visited = told.column("stored", "d", nodes, -LARGEST, LARGEST), told.octets("visited", nodes, 1)
         self.scale, self.shift = told.real("scale", SMALLEST_SCALE, 1.0), told.real("shift", -LARGEST, LARGEST)
         if self.spread is not None:
-            self.spread.restore(told.part("spread"))
+            self.spread.restore(told.take("spread"), "field E, 'spread'")
         self._fading.restore(told)
         self.stored, self.visited = array("d", stored), bytearray(visited)
 

@@ -365,7 +365,7 @@ class HoleTrail(Marks):
         for hole, values in enumerate(told.listed("spread", len(self.spread))):
             if values is not None:
                 fresh = self.spread[hole] = self._new_values()
-                fresh.restore(Stored(values, f"field H, hole {hole}"))
+                fresh.restore(values, f"field H, hole {hole}")
         self._fading.restore(told)
         self._aged, k = aged, 0
         for node in range(nodes):

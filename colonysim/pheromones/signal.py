@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from colonysim.pheromones.field import Write
 from colonysim.pheromones.spreading import NodeValues
-from colonysim.states import Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -59,7 +58,7 @@ class Signal:
 
     def restore(self, state: State) -> None:
         """Takes over the state of such a field."""
-        self._held.restore(Stored(state, "field S"))
+        self._held.restore(state, "field S")
 
     def frame(self) -> Iterable[Write]:
         """S of every node where it is not 0."""

@@ -187,13 +187,17 @@ class NodeValues:
             "nodes": array("i", self._nodes[: self._logged]), "amounts": array("d", self._amounts[: self._logged]),
         }  # fmt: skip
 
-    def restore(self, state: State | Stored) -> None:
+    def restore(self, state: State, what: str = "the values at nodes") -> None:
         """Takes over what `state` has returned.
+
+        Args:
+            state: That.
+            what: Whose it is, for messages.
 
         Raises:
             ColonysimError: It is no such state.
         """
-        told = state if isinstance(state, Stored) else Stored(state, "the values at nodes")
+        told = Stored(state, what)
         held = told.column("held", "d", self._size, -LARGEST, LARGEST)
         active = told.column("active", "i", None, 0, self._size - 1)
         nodes = told.column("nodes", "i", None, END, self._size - 1)
