@@ -4,6 +4,7 @@ from colonysim.backends.traffic cimport closing_in, ticks_until_close
 from colonysim.physics.scene cimport Scene as SceneType  # action.py has its own Scene, for checking types
 
 
+@cython.final
 cdef class Action:
     cdef public object manoeuvre
     cdef readonly object intent, origin
@@ -15,6 +16,7 @@ cdef class Action:
     cdef go_on(self, SceneType scene, Py_ssize_t agent)
 
 
+@cython.final
 cdef class Actions:
     cdef list _of
     cdef SceneType _scene

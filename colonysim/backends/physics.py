@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """Rigid bodies: robots that drive and push in a physics engine, all on one clock."""
 
 from __future__ import annotations

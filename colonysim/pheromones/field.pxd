@@ -1,6 +1,8 @@
 # The types of field.py when it is compiled.
+cimport cython
 
 
+@cython.final
 cdef class Visit:
     # In the order of the file: the compiled class takes its arguments as they stand here.
     cdef public str moment

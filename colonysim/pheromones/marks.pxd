@@ -7,6 +7,7 @@ from colonysim.world.state cimport World
 cdef double LN2, LEAST_LEFT
 
 
+@cython.final
 cdef class Fading:
     cdef World _world
     cdef readonly bint on

@@ -7,6 +7,7 @@ cdef double FAINT, SMALLEST_SCALE
 cdef int LONGEST_LOG, END
 
 
+@cython.final
 cdef class NodeValues:
     cdef World _world
     cdef readonly Fading fading

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """The MuJoCo engine. The only module that imports MuJoCo, and only when an engine is made."""
 
 from __future__ import annotations

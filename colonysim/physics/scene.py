@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """A scene: terrain, boxes and robots in one engine, advanced by control ticks."""
 
 import base64

@@ -16,6 +16,7 @@ cpdef wheel_speeds(double forward, double turn)
 cpdef origin_pose(position, rotation, double centre)
 
 
+@cython.final
 cdef class Traction:
     cdef object _engine, _frame, _pose
     cdef double _lift, _centre, _weight, _pull, _most, _twist, _most_torque, _fastest, _spread

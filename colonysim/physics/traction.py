@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """What drives a robot: how its body is made in an engine, and the traction of its wheels.
 
 Sphere wheels with engine friction grip differently in every world direction, so the wheels here are

@@ -9,6 +9,7 @@ from colonysim.world.terrain cimport Terrain
 cdef class LocalView
 
 
+@cython.final
 cdef class FieldWindow:
     cdef LocalView _view
     cdef public object _field
@@ -28,6 +29,7 @@ cdef class FieldWindow:
     cdef int _check(self, int node) except -1
 
 
+@cython.final
 cdef class LocalView:
     cdef public World _world
     cdef public object _backend, _feasible_way, refused, outcome

@@ -8,6 +8,7 @@ cdef double _TURN_RATE, _CURVE, _TURN_START, _TURN_STOP, _LOOK_AHEAD, _STALL_SEC
 cdef int _FAULT_TICKS, _GUARD_TICKS, _HOLD_TICKS
 
 
+@cython.final
 cdef class Pilot:
     cdef readonly Scene scene
     cdef readonly Py_ssize_t robot
@@ -21,6 +22,7 @@ cdef class Pilot:
     cpdef flush(self)
 
 
+@cython.final
 cdef class _Lookout:
     cdef Scene _scene
     cdef Py_ssize_t _robot, _look_at
@@ -30,6 +32,7 @@ cdef class _Lookout:
     cpdef bint blocked(self, ahead)
 
 
+@cython.final
 cdef class _Waypoint:
     cdef Scene _scene
     cdef Py_ssize_t _robot

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """Driving one robot: turning on the spot, following waypoints, backing off."""
 
 import math

@@ -6,6 +6,7 @@ cdef int _DIRECTIONS, _DISTANCES, _GROUND, _RAMP
 cdef double _FURTHEST, _NOWHERE
 
 
+@cython.final
 cdef class Footing:
     cdef double[::1] _grounds, _ramps
     cdef int[::1] _all_grounds, _all_ramps, _near_grounds, _near_ramps

@@ -1,4 +1,4 @@
-# cython: boundscheck=False, wraparound=False
+# cython: boundscheck=False, wraparound=False, auto_pickle=False
 """The ground as a driving robot knows it: its height, and the room there is to its border and to cliffs.
 
 It answers for single places and in plain numbers: a way is looked at place by place, and is often found too narrow

@@ -6,6 +6,7 @@ from colonysim.push.driving cimport Pilot
 from colonysim.push.state cimport observe
 
 
+@cython.final
 cdef class ControlLoop:
     cdef readonly object state
     cdef Pilot _pilot

@@ -1,3 +1,4 @@
+# cython: auto_pickle=False
 """Pushes whose controls a network chooses: the paper's `rl`, and the network's part of `staged`."""
 
 import math

@@ -6,6 +6,7 @@ cdef double _CELL, _WINDOW, _ESCAPE, _DIAGONAL
 cdef int _SQUARE, _DISC
 
 
+@cython.final
 cdef class FreeSpace:
     cdef Footing _footing
     cdef double[::1] _squares, _discs
@@ -23,6 +24,7 @@ cdef class FreeSpace:
     cpdef bint clear(self, start, end, double least)
 
 
+@cython.final
 cdef class _Queue:
     cdef int[::1] _cells, _places
     cdef double[::1] _costs
@@ -36,6 +38,7 @@ cdef class _Queue:
     cdef bint _before(self, int one, int other)
 
 
+@cython.final
 cdef class _Grid:
     cdef FreeSpace _space
     cdef double _start_x, _start_y, _at_start, _xmin, _ymin

@@ -1,4 +1,4 @@
-# cython: boundscheck=False
+# cython: boundscheck=False, auto_pickle=False
 """Room for a robot among pits, boxes, robots and the ground's border, and ways through it.
 
 The robot is a disc that may turn on the spot. Slack is how far its centre could still move towards the

@@ -6,6 +6,7 @@ cdef int SELF, NEIGHBOUR, BOX, HOLE
 cdef double UNKNOWN
 
 
+@cython.final
 cdef class Sight:
     cdef LocalView _view
     cdef object _moves

@@ -1,4 +1,5 @@
 # The types of alarms.py when it is compiled.
+cimport cython
 
 cdef double _OFF
 
@@ -13,11 +14,13 @@ cdef class Alarm:
     cpdef reset(self)
 
 
+@cython.final
 cdef class Timer(Alarm):
     cdef object _timers
     cdef public long long wait
 
 
+@cython.final
 cdef class Timers:
     cdef object _expired
     cdef list _made, _idle

@@ -5,6 +5,7 @@ from colonysim.trace.block cimport Block
 from colonysim.trace.writer cimport TraceWriter
 
 
+@cython.final
 cdef class Rows:
     cdef long long _episode
     cdef object _write, _kinds, _before

@@ -2,6 +2,7 @@
 cimport cython
 
 
+@cython.final
 cdef class TraceWriter:
     cdef public object directory, manifest, results
     cdef dict _pending, _digests, _packed, _parts, _open

@@ -4,6 +4,7 @@ from colonysim.world.visibility cimport Visibility
 from colonysim.world.terrain cimport Terrain
 
 
+@cython.final
 cdef class World:
     cdef readonly object scenario, topology
     cdef readonly double[::1] floor, surface, rim, box_base, box_height
