@@ -32,9 +32,9 @@ import numpy as np
 import colonysim
 from colonysim.intervals import of_mean
 from colonysim.jsonlines import append_line, read_lines
+from colonysim.learning.seeds import Purpose
 from colonysim.plots.sheet import SCREEN
 from colonysim.processes import results
-from colonysim.push.training.seeds import Purpose
 from colonysim.rl.training.places import KINDS, place
 from colonysim.rl.training.presets import PRESETS
 from colonysim.rl.training.trainer import Progress, train_policy

@@ -27,12 +27,12 @@ from pathlib import Path
 from typing import Any
 
 from colonysim.jsonlines import append_line, read_lines, warn_of
+from colonysim.learning.seeds import Purpose
 from colonysim.physics import ENGINES, EngineName, default_engine
 from colonysim.processes import results
 from colonysim.push.task import Kind
 from colonysim.push.training.evaluation import evaluate_push
 from colonysim.push.training.presets import READINGS, TrainingConfig
-from colonysim.push.training.seeds import Purpose
 from colonysim.push.training.starts import KINDS
 from colonysim.push.training.trainer import train_push
 

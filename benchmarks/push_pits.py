@@ -13,12 +13,12 @@ from collections import Counter
 from pathlib import Path
 
 from colonysim.intervals import wilson
+from colonysim.learning.seeds import Purpose
 from colonysim.physics import Terrain
 from colonysim.push.executors import make_executor
 from colonysim.push.paths import everything_else
 from colonysim.push.task import run_alone
 from colonysim.push.training.evaluation import judged_start
-from colonysim.push.training.seeds import Purpose
 from colonysim.push.training.starts import Start, start_names
 
 

@@ -24,12 +24,12 @@ import gymnasium
 import numpy as np
 
 from colonysim.jsonlines import append_line, read_lines, warn_of
-from colonysim.push.cards import save_model
+from colonysim.learning.cards import save_model
+from colonysim.learning.seeds import Purpose
 from colonysim.push.network import INPUTS, encode
 from colonysim.push.training.env import PushEnv
 from colonysim.push.training.evaluation import evaluate_push
 from colonysim.push.training.presets import PRESETS, StartMix, TrainingConfig
-from colonysim.push.training.seeds import Purpose
 from colonysim.push.training.trainer import train_push
 
 STARTS = "push_wide"

@@ -20,11 +20,11 @@ from typing import Any
 from push_pits import into_pits
 
 from colonysim.files import replace_file
+from colonysim.learning.cards import load_model, save_model
+from colonysim.learning.seeds import Purpose
 from colonysim.processes import results
-from colonysim.push.cards import load_model, save_model
 from colonysim.push.executors import ExecutorName
 from colonysim.push.training.evaluation import evaluate_push
-from colonysim.push.training.seeds import Purpose
 from colonysim.push.training.trainer import train_push
 
 TUNING_SEED = 20

@@ -9,8 +9,8 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from colonysim.arguments import as_seed, whole
+from colonysim.learning.cards import load_model
 from colonysim.physics import STANDARD, engine_facts
-from colonysim.push.cards import load_model
 from colonysim.push.training.evaluation import judged_start
 from colonysim.push.training.starts import KINDS, distribution
 from colonysim.trace.manifest import begin_manifest, prepare_directory

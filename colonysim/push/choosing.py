@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
+from colonysim.learning.layers import Float
 from colonysim.physics import wrap
 from colonysim.push.controls import CONTROLS, Control
-from colonysim.push.layers import Float
 from colonysim.push.network import Network
 from colonysim.push.state import State
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from colonysim.push.cards import Model, ModelError, as_finite, load_model
+from colonysim.learning.cards import Model, ModelError, as_finite, load_model
 from colonysim.push.state import State
 
 __all__ = ["Feasibility", "load_feasibility"]

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from colonysim.files import read_file
-from colonysim.push.cards import MOST_BYTES, ModelError, load_model
+from colonysim.learning.cards import MOST_BYTES, ModelError, load_model
+from colonysim.learning.layers import Float, Layer, arrays_of, forward, layers_from_arrays
+from colonysim.learning.onnx import OnnxGraph
 from colonysim.push.controls import CONTROLS
 from colonysim.push.judging import STEP_TICKS
-from colonysim.push.layers import Float, Layer, arrays_of, forward, layers_from_arrays
-from colonysim.push.onnx import OnnxGraph
 from colonysim.push.state import FEATURES, features
 
 __all__ = [

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from colonysim.learning.cards import ModelError, as_finite, load_model
 from colonysim.physics import Scene
-from colonysim.push.cards import ModelError, as_finite, load_model
 from colonysim.push.foresight import Features, foresee
 from colonysim.push.paths import Surroundings
 from colonysim.push.task import PushTask

@@ -10,10 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from colonysim.files import replace_file
-from colonysim.plugins import available, called, make_policy
-from colonysim.policies.choice import sample, softmax
-from colonysim.provenance import MODELS
-from colonysim.push.cards import (
+from colonysim.learning.cards import (
     MOST_BYTES,
     ModelError,
     as_finite,
@@ -24,8 +21,11 @@ from colonysim.push.cards import (
     save_model,
     write_card,
 )
-from colonysim.push.layers import ACTIVATIONS, Activation, Float, Layer, arrays_of, forward, layers_from_arrays
-from colonysim.push.onnx import OnnxGraph
+from colonysim.learning.layers import ACTIVATIONS, Activation, Float, Layer, arrays_of, forward, layers_from_arrays
+from colonysim.learning.onnx import OnnxGraph
+from colonysim.plugins import available, called, make_policy
+from colonysim.policies.choice import sample, softmax
+from colonysim.provenance import MODELS
 from colonysim.rl.moves import PARTS
 from colonysim.rl.options import WORDS
 from colonysim.rl.spaces import sizes_of
@@ -216,9 +216,7 @@ def load_policy(path: str | Path) -> PolicyModel:
         network = OnnxGraph(data, read_content(data, card), (inputs,), outputs)
     else:
         network = _layers(load_model(card_file, KIND).arrays, inputs, outputs, data)
-    return PolicyModel(
-        card_file, network, card["activation"], card["observation"], card["marks"], card["choice"], card
-    )
+    return PolicyModel(card_file, network, card["activation"], card["observation"], card["marks"], card["choice"], card)
 
 
 def _layers(arrays: Mapping[str, NDArray[Any]], inputs: int, outputs: int, file: Path) -> tuple[Layer, ...]:

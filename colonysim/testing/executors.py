@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from colonysim.arguments import as_seed, real
 from colonysim.backends.executors import CheckedExecutor
 from colonysim.errors import PluginError
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import TICK_SECONDS, BoxSpec, RobotSpec, Scene
 from colonysim.push.judging import box_ending
 from colonysim.push.paths import everything_else
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, distribution, draw
 from colonysim.testing.promises import ConformanceError, global_randomness
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import colonysim
 from colonysim.cli import app
-from colonysim.push.cards import ModelError, save_model
+from colonysim.learning.cards import ModelError, save_model
 
 WRITERS = {
     "page.html": ["view", "RUN", "--no-open", "-o", "FILE"],

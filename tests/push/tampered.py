@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from colonysim.bench.measuring import peak_mb
-from colonysim.push.cards import load_model
+from colonysim.learning.cards import load_model
 
 MODELS = {"push": "q-network", "feasibility": "forest", "way": "logistic"}
 _ODD: list[Any] = [

@@ -4,11 +4,11 @@ import dataclasses
 
 import pytest
 
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import Scene
 from colonysim.push.executors import make_executor
 from colonysim.push.paths import everything_else
 from colonysim.push.task import run_alone
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import distribution, draw
 
 pytestmark = pytest.mark.usefixtures("engine")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from colonysim.errors import ColonysimError
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import BoxSpec, Ground, RobotSpec, Scene, Terrain
 from colonysim.push.executors import EXECUTORS, ExecutorName, make_executor
 from colonysim.push.feasibility import load_feasibility
@@ -17,7 +18,6 @@ from colonysim.push.state import State, observe
 from colonysim.push.task import Kind, PushTask, run_alone
 from colonysim.push.training.chains import Chain, draw_chain, evaluate_chains, play_chain
 from colonysim.push.training.evaluation import evaluate_push, play_push
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, Start, distribution, draw
 
 pytestmark = pytest.mark.usefixtures("engine")

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from colonysim.push.cards import ModelError, load_arrays
+from colonysim.learning.cards import ModelError, load_arrays
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.push.network import load_network
 from colonysim.push.training.presets import PRESETS, READINGS, Ends, LearnerConfig, StartMix
 from colonysim.push.training.replay import NStep, Replay
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.trainer import Progress, train_push
 
 TINY = dataclasses.replace(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from colonysim.push.cards import ModelError, load_model, save_model, shipped_models
+from colonysim.learning.cards import ModelError, load_model, save_model, shipped_models
 from colonysim.push.feasibility import load_feasibility
 from colonysim.push.network import load_network, network_ticks, random_network
 

@@ -18,11 +18,11 @@ import colonysim
 from colonysim.cli import app
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.installing import install_command
-from colonysim.push.cards import ModelError, load_model, save_model
+from colonysim.learning.cards import ModelError, load_model, save_model
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.push.executors import make_executor
 from colonysim.push.network import load_network, open_network
 from colonysim.push.training.evaluation import play_push
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import distribution, draw
 
 SHIPPED = load_model("push", "q-network")

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from colonysim.errors import ColonysimError
+from colonysim.learning.cards import ModelError, save_model
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import STANDARD, BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
 from colonysim.push import PushTask, Surroundings
-from colonysim.push.cards import ModelError, save_model
 from colonysim.push.foresight import Features, foresee
 from colonysim.push.training.calibration import calibration_curve, false_accepts, fit_way_chance, judge_folds
 from colonysim.push.training.cramped import draw_way
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.waylogs import LoggedPush, LoggedWay, gather_ways
 from colonysim.push.way import WayChance, chances_along, load_way_chance
 

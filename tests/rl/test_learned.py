@@ -23,7 +23,7 @@ from colonysim import rl
 from colonysim.cli import app
 from colonysim.errors import ColonysimError, ScenarioError
 from colonysim.installing import install_command
-from colonysim.push.cards import ModelError
+from colonysim.learning.cards import ModelError
 from colonysim.rl.learned import Learned
 from colonysim.rl.spaces import sizes_of
 from colonysim.testing import check_policy, random_scenario
@@ -189,7 +189,7 @@ def test_the_policy_that_comes_with_the_package_runs_by_its_name(tmp_path):
 
 
 def test_on_worlds_like_those_of_its_training_it_is_faster_than_the_rule():
-    from colonysim.push.training.seeds import Purpose
+    from colonysim.learning.seeds import Purpose
     from colonysim.rl.training.places import place
 
     def seconds(number, policy):

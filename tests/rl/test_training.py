@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 import colonysim
 from colonysim import rl
 from colonysim.cli import app
-from colonysim.push.cards import ModelError
-from colonysim.push.layers import forward
-from colonysim.push.training.seeds import Purpose
+from colonysim.learning.cards import ModelError
+from colonysim.learning.layers import forward
+from colonysim.learning.seeds import Purpose
 from colonysim.rl.training.games import MARKS, REWARD_UNIT, Decided, Game, Path, play
 from colonysim.rl.training.imitation import gather
 from colonysim.rl.training.network import layers_of, symmetries

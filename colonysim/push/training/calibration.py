@@ -12,8 +12,8 @@ from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.installing import install_command
 from colonysim.intervals import wilson
+from colonysim.learning.cards import check_place, load_model, save_model
 from colonysim.physics import default_engine, engine_version
-from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.foresight import Features
 from colonysim.push.training.waylogs import LoggedWay, gather_ways
 from colonysim.push.way import WayChance

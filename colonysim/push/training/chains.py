@@ -10,11 +10,11 @@ import numpy as np
 
 from colonysim.arguments import as_seed, whole
 from colonysim.intervals import wilson
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import BoxSpec, Ground, Pit, RobotSpec, Scene, Terrain
 from colonysim.push.executors import Executor
 from colonysim.push.paths import everything_else
 from colonysim.push.task import Log, PushTask, ignore, run_alone
-from colonysim.push.training.seeds import Purpose, episode_rng
 
 __all__ = ["TURNS", "Chain", "PlayedChain", "draw_chain", "evaluate_chains", "play_chain"]
 

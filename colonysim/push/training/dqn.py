@@ -8,7 +8,7 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
-from colonysim.push.layers import Layer
+from colonysim.learning.layers import Layer
 from colonysim.push.network import QNetwork
 from colonysim.push.training.presets import LearnerConfig, Target
 from colonysim.push.training.replay import Batch

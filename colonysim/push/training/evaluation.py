@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from colonysim.arguments import as_seed, whole
 from colonysim.intervals import wilson
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import Scene
 from colonysim.push.choosing import Testing
 from colonysim.push.controls import CONTROL_TICKS
@@ -17,7 +18,6 @@ from colonysim.push.judging import STEP_LIMIT, STEP_TICKS, Rules, Verdict, judge
 from colonysim.push.paths import everything_else
 from colonysim.push.state import observe
 from colonysim.push.task import Chooser, Kind, Log, Manoeuvre, PushTask, WheelSpeeds, ignore, run_alone
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, Start, distribution, draw
 
 __all__ = ["Played", "Watch", "evaluate_push", "judged_start", "play_push"]

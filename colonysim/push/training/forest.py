@@ -13,15 +13,15 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.installing import install_command
+from colonysim.learning.cards import check_place, load_model, save_model
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import default_engine, engine_version
-from colonysim.push.cards import check_place, load_model, save_model
 from colonysim.push.choosing import network_chooser
 from colonysim.push.feasibility import Feasibility
 from colonysim.push.judging import Rules
 from colonysim.push.network import load_network, network_ticks
 from colonysim.push.state import State
 from colonysim.push.training.episode import Episode
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, distribution, draw
 
 __all__ = ["flatten_forest", "gather_states", "train_feasibility"]

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from colonysim.learning.layers import Float
 from colonysim.push.controls import CONTROLS
-from colonysim.push.layers import Float
 
 __all__ = ["Batch", "NStep", "Replay"]
 

@@ -15,20 +15,20 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import MissingExtraError
 from colonysim.installing import install_command
+from colonysim.learning.cards import MOST_BYTES, save_model
+from colonysim.learning.checkpoints import carry_out, fitting, read_checkpoint, write_checkpoint
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import engine_version
-from colonysim.push.cards import MOST_BYTES, save_model
 from colonysim.push.choosing import Choose, boltzmann, network_chooser
 from colonysim.push.controls import CONTROLS, Control
 from colonysim.push.network import INPUTS, QNetwork, encode, network_from_arrays, random_network
 from colonysim.push.state import State
 from colonysim.push.task import Kind
-from colonysim.push.training.checkpoints import carry_out, fitting, read_checkpoint, write_checkpoint
 from colonysim.push.training.demonstrator import demonstrate
 from colonysim.push.training.episode import Episode, Step
 from colonysim.push.training.mirror import mirror_signs, mirrored
 from colonysim.push.training.presets import PRESETS, Ends, StartMix, TrainingConfig
 from colonysim.push.training.replay import NStep, Replay
-from colonysim.push.training.seeds import Purpose, episode_rng
 from colonysim.push.training.starts import KINDS, distribution, draw
 from colonysim.signals import held
 

@@ -13,8 +13,9 @@ from typing import Any
 from colonysim.errors import ColonysimError
 from colonysim.files import alone, replace_file
 from colonysim.jsonlines import append_line, numbered, warn_of
+from colonysim.learning.cards import load_model
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.physics import Scene, default_engine
-from colonysim.push.cards import load_model
 from colonysim.push.executors import Executor, make_executor
 from colonysim.push.feasibility import load_feasibility
 from colonysim.push.foresight import Features, foresee
@@ -22,7 +23,6 @@ from colonysim.push.gated import Gate, chance_of_push
 from colonysim.push.paths import Surroundings, everything_else
 from colonysim.push.task import run_alone
 from colonysim.push.training.cramped import CrampedWay, draw_way
-from colonysim.push.training.seeds import Purpose, episode_rng
 
 __all__ = ["LoggedPush", "LoggedWay", "gather_ways", "push_way"]
 
@@ -143,9 +143,7 @@ def gather_ways(
         for number in range(ways):
             if number not in logged:
                 rng = episode_rng(Purpose.WAYS, seed, number)
-                logged[number] = push_way(
-                    draw_way(rng), executor, forest, seed=int(rng.integers(2**31)), engine=engine
-                )
+                logged[number] = push_way(draw_way(rng), executor, forest, seed=int(rng.integers(2**31)), engine=engine)
                 append_line(file, {"number": number, **asdict(logged[number])})
                 if on_progress is not None:
                     on_progress(len(logged), ways)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.rl.training.games import Decided, Game, play
 from colonysim.world.intents import Push, Travel
 

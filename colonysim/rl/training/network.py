@@ -16,7 +16,7 @@ from colonysim.rl.spaces import rows_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from colonysim.push.layers import Layer
+    from colonysim.learning.layers import Layer
 
     Affine: TypeAlias = Callable[[torch.Tensor], torch.Tensor]
 

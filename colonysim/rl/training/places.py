@@ -6,7 +6,7 @@ import random
 from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
-from colonysim.push.training.seeds import Purpose
+from colonysim.learning.seeds import Purpose
 from colonysim.scenario.invent import invent
 from colonysim.scenario.loading import scenario_from_document
 

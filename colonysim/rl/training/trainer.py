@@ -14,9 +14,9 @@ from colonysim import __version__
 from colonysim.arguments import as_seed, whole
 from colonysim.errors import ColonysimError, MissingExtraError
 from colonysim.installing import install_command
-from colonysim.push.cards import MOST_BYTES
-from colonysim.push.training.checkpoints import carry_out, fitting, read_checkpoint, write_checkpoint
-from colonysim.push.training.seeds import Purpose, episode_rng
+from colonysim.learning.cards import MOST_BYTES
+from colonysim.learning.checkpoints import carry_out, fitting, read_checkpoint, write_checkpoint
+from colonysim.learning.seeds import Purpose, episode_rng
 from colonysim.rl.models import save_policy
 from colonysim.rl.training.games import MARKS, Game, play
 from colonysim.rl.training.places import place

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from colonysim.push.cards import ModelError, as_finite
+from colonysim.learning.cards import ModelError, as_finite
 
 __all__ = ["ACTIVATIONS", "Activation", "Float", "Layer", "arrays_of", "forward", "layers_from_arrays"]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from colonysim.errors import MissingExtraError
 from colonysim.installing import install_command
-from colonysim.push.cards import ModelError
-from colonysim.push.layers import Float
+from colonysim.learning.cards import ModelError
+from colonysim.learning.layers import Float
 
 __all__ = ["OnnxGraph"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from colonysim.files import alone, check_writable, read_file, replace_file
-from colonysim.push.cards import ModelError, check_place, load_arrays, save_arrays
+from colonysim.learning.cards import ModelError, check_place, load_arrays, save_arrays
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

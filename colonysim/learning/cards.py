@@ -51,6 +51,8 @@ _DAMAGED = (
     struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 """What reading bytes that are no `.npz` may end with."""
+_SHIPPED = files("colonysim.push").joinpath("models")
+"""Where the models lie that come with the package."""
 _FIELDS: dict[str, tuple[type, str]] = {"sha256": (str, "a text"), "arrays": (dict, "an object")}
 Arrays = Mapping[str, npt.NDArray[Any]]
 
@@ -78,8 +80,7 @@ class Model:
 
 def shipped_models() -> tuple[str, ...]:
     """Names of the models that come with the package."""
-    folder = files("colonysim.push").joinpath("models")
-    return tuple(sorted(f.name[: -len(".json")] for f in folder.iterdir() if f.name.endswith(".json")))
+    return tuple(sorted(f.name[: -len(".json")] for f in _SHIPPED.iterdir() if f.name.endswith(".json")))
 
 
 def load_model(source: str | Path, kind: str) -> Model:
@@ -104,7 +105,7 @@ def load_model(source: str | Path, kind: str) -> Model:
 def _shipped_model(name: str, kind: str) -> Model:
     if name not in shipped_models():
         raise ModelError(f"no shipped model {name!r}; there are {', '.join(shipped_models()) or 'none'}")
-    with as_file(files("colonysim.push").joinpath("models")) as folder:
+    with as_file(_SHIPPED) as folder:
         return _read_model(folder / f"{name}.json", kind)
 
 
