@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.plots.arrangement import MOST_LINES, labels, point, short, word
-from colonysim.plots.canvas import QUIET, pens, plain
+from colonysim.plots.paper import QUIET, pens, plain
 from colonysim.plots.sheet import EmptyFigureError
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from colonysim.plots.arrangement import Arrangement, Point
-    from colonysim.plots.canvas import Pen
+    from colonysim.plots.paper import Pen
     from colonysim.plots.sheet import Sheet
     from colonysim.sweep.played import Played
 

@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from colonysim.plots.arrangement import labels, number_of, point, short, value_of, word
-from colonysim.plots.canvas import FIELD, ink_on, pens, plain
+from colonysim.plots.paper import FIELD, ink_on, pens, plain
 from colonysim.plots.sheet import EmptyFigureError
 
 if TYPE_CHECKING:

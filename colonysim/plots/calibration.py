@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from colonysim.errors import ColonysimError
 from colonysim.files import found_at, read_json
-from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+from colonysim.plots.paper import AGENT, BOX, INK, QUIET
 from colonysim.plots.sheet import SCREEN
 from colonysim.trace.fields import MOST, is_a
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.intervals import of_mean
-from colonysim.plots.canvas import INK, QUIET
+from colonysim.plots.paper import INK, QUIET
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from matplotlib.lines import Line2D
 
 from colonysim.plots.arrangement import short, word
-from colonysim.plots.canvas import INK, QUIET, pens, plain
+from colonysim.plots.paper import INK, QUIET, pens, plain
 from colonysim.sweep.comparing import Difference, Pooled, pooled
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from colonysim.plots.canvas import Pen
+    from colonysim.plots.paper import Pen
     from colonysim.plots.sheet import Sheet
 
 __all__ = ["differences_figure"]

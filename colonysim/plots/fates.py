@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import matplotlib
 from matplotlib.ticker import MaxNLocator
 
-from colonysim.plots.canvas import BLOCKED, FIELD, INK, ink_on, title_of
+from colonysim.plots.paper import BLOCKED, FIELD, INK, ink_on, title_of
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
 from colonysim.trace.replay import follow
 

@@ -9,8 +9,8 @@ import matplotlib
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from colonysim.plots.canvas import BOX, FIELD, HOLE, INK, Canvas, heading_of, ink_on, panels
 from colonysim.plots.ends import EpisodeEnds
+from colonysim.plots.paper import BOX, FIELD, HOLE, INK, MapLayout, heading_of, ink_on, panels
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
 from colonysim.trace.schema import Frame
 
@@ -107,7 +107,7 @@ def _figure(
 ) -> Figure:
     if not any(values):
         raise EmptyFigureError("no value in these episodes" if len(episodes) > 1 else "no value in this episode")
-    canvas = Canvas.of(run.scenario, sheet, len(episodes), bar=True)
+    layout = MapLayout.of(run.scenario, sheet, len(episodes), bar=True)
     ends = ends or EpisodeEnds(run)
     kept = [{node: max(-_LARGEST, min(_LARGEST, value)) for node, value in found.items()} for found in values]
     everything = [value for found in kept for value in found.values()]
@@ -118,25 +118,25 @@ def _figure(
     colours = matplotlib.colormaps[FIELD]
     heading = heading_of(title, run)
     figure, axes = panels(
-        canvas, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label,
-        legend=canvas.legend_of_landmarks(),
+        layout, len(episodes), heading, scale=ScalarMappable(norm, FIELD), label=label,
+        legend=layout.legend_of_landmarks(),
     )  # fmt: skip
     for axis, episode, found, coloured in zip(axes, episodes, values, kept, strict=True):
-        canvas.edges(axis)
-        canvas.nodes(axis, [node for node in canvas.graph if node not in found], "white", edge="#8A8A8A")
+        layout.edges(axis)
+        layout.nodes(axis, [node for node in layout.graph if node not in found], "white", edge="#8A8A8A")
         there = ends.of(episode)
-        canvas.landmarks(axis, there.boxes.values(), [there.goal])
+        layout.landmarks(axis, there.boxes.values(), [there.goal])
         if box_at is not None:
-            canvas.nodes(axis, [box_at], "none", shape="s", size=1.25, edge=BOX)
-            canvas.note(axis, box_at, "start", BOX, (1, 1))
+            layout.nodes(axis, [box_at], "none", shape="s", size=1.25, edge=BOX)
+            layout.note(axis, box_at, "start", BOX, (1, 1))
         if mark is not None:
-            canvas.nodes(axis, [mark], "none", shape="s", size=1.4, edge=HOLE, line=2.4)
-        canvas.nodes(axis, list(found), list(coloured.values()), scale=scale, shape=shape)
-        inks = dict.fromkeys(canvas.graph, INK)
+            layout.nodes(axis, [mark], "none", shape="s", size=1.4, edge=HOLE, line=2.4)
+        layout.nodes(axis, list(found), list(coloured.values()), scale=scale, shape=shape)
+        inks = dict.fromkeys(layout.graph, INK)
         for node, value in found.items():
             inks[node] = ink_on(colours(norm(coloured[node])))
             if shape == "s":
-                canvas.note(axis, node, f"{value:.3g}", INK, (0, -1))
-        canvas.numbers(axis, inks)
-        canvas.frame(axis, f"end of episode {episode}")
+                layout.note(axis, node, f"{value:.3g}", INK, (0, -1))
+        layout.numbers(axis, inks)
+        layout.frame(axis, f"end of episode {episode}")
     return figure

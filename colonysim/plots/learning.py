@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from colonysim.errors import ColonysimError
 from colonysim.files import found_at, read_json
-from colonysim.plots.canvas import AGENT, BOX, INK, QUIET
+from colonysim.plots.paper import AGENT, BOX, INK, QUIET
 from colonysim.plots.results import WINDOW, running_interval
 from colonysim.plots.sheet import SCREEN
 from colonysim.trace.fields import is_a

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
 
-from colonysim.plots.canvas import (
+from colonysim.plots.paper import (
     AGENT,
     AGENTS,
     BLOCKED,
@@ -17,7 +17,7 @@ from colonysim.plots.canvas import (
     HOLE,
     INK,
     QUIET,
-    Canvas,
+    MapLayout,
     heading_of,
     panels,
 )  # fmt: skip
@@ -39,24 +39,24 @@ __all__ = ["draw_place", "map_figure"]
 def map_figure(run: Run, episode: int, sheet: Sheet = SCREEN) -> Figure:
     """The map at the start of an episode and at its end."""
     scenario = run.scenario
-    canvas = Canvas.of(scenario, sheet, 2)
+    layout = MapLayout.of(scenario, sheet, 2)
     ways = follow(scenario, run.events(episode))
-    figure, (first, last) = panels(canvas, 2, heading_of("Map", run), legend=_legend(canvas))
+    figure, (first, last) = panels(layout, 2, heading_of("Map", run), legend=_legend(layout))
     for axis, at, title in ((first, 0, "start of each episode"), (last, -1, f"end of episode {episode}")):
         if at:
             boxes, goal = ways.boxes_at_end(), with_boxes(scenario, {}, ways.changed).goal
             agents = {agent: way[-1] for agent, way in ways.agents.items() if agent not in ways.gone}
-            draw_place(canvas, axis, boxes, agents, ways.changed, goal)
+            draw_place(layout, axis, boxes, agents, ways.changed, goal)
         else:
             ids = scenario.topology.ids
             boxes = {box: ids[start.node] for box, start in enumerate(scenario.boxes_at_start)}
-            draw_place(canvas, axis, boxes, {agent: ids[at] for agent, at in enumerate(scenario.agents_at_start)})
-        canvas.frame(axis, title)
+            draw_place(layout, axis, boxes, {agent: ids[at] for agent, at in enumerate(scenario.agents_at_start)})
+        layout.frame(axis, title)
     return figure
 
 
 def draw_place(
-    canvas: Canvas,
+    layout: MapLayout,
     axes: Axes,
     boxes: dict[int, int],
     agents: dict[int, int],
@@ -66,41 +66,41 @@ def draw_place(
     """Draws the place with its boxes and agents on their nodes.
 
     Args:
-        canvas: The place.
+        layout: The place.
         axes: Where to draw.
         boxes: The node number of each box.
         agents: That of each agent.
         changed: Changes of the timeline that have happened, as for `with_boxes`.
         goal: Index of the goal; the scenario's own if None.
     """
-    scenario = canvas.scenario
+    scenario = layout.scenario
     ids = scenario.topology.ids
     holes = {ids[hole.node]: hole for hole in scenario.holes}
-    canvas.edges(axes)
-    _slashes(canvas, axes, blocked_edges(scenario, boxes, changed))
-    canvas.nodes(axes, sorted(set(boxes.values())), BOX, shape="s", size=1.4)
+    layout.edges(axes)
+    _slashes(layout, axes, blocked_edges(scenario, boxes, changed))
+    layout.nodes(axes, sorted(set(boxes.values())), BOX, shape="s", size=1.4)
     first: dict[int, int] = {}
     for agent, node in sorted(agents.items()):
         first.setdefault(node, agent % len(AGENTS))
     for number, color in enumerate(AGENTS):
-        canvas.nodes(axes, [node for node, mine in first.items() if mine == number], color, size=1.4)
-    canvas.nodes(axes, [ids[scenario.goal if goal is None else goal]], GOAL, shape="D", size=1.3)
-    canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white")
-    canvas.nodes(axes, list(holes), HOLE, shape="s")
-    canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
+        layout.nodes(axes, [node for node, mine in first.items() if mine == number], color, size=1.4)
+    layout.nodes(axes, [ids[scenario.goal if goal is None else goal]], GOAL, shape="D", size=1.3)
+    layout.nodes(axes, [node for node in layout.graph if node not in holes], "white")
+    layout.nodes(axes, list(holes), HOLE, shape="s")
+    layout.numbers(axes, {node: "white" if node in holes else INK for node in layout.graph})
     for things, letter, color, corner in ((boxes, "b", BOX, (1, 1)), (agents, "a", INK, (-1, -1))):
         standing: dict[int, list[int]] = defaultdict(list)
         for thing, node in things.items():
             standing[node].append(thing)
         for node, there in standing.items():
-            canvas.note(axes, node, letter + ",".join(map(str, sorted(there))), color, corner)
+            layout.note(axes, node, letter + ",".join(map(str, sorted(there))), color, corner)
 
 
-def _slashes(canvas: Canvas, axes: Axes, edges: list[tuple[int, int]]) -> None:
+def _slashes(layout: MapLayout, axes: Axes, edges: list[tuple[int, int]]) -> None:
     """A short red stroke across the middle of each edge."""
-    half = 0.16 * canvas.scenario.topology.mean_length
+    half = 0.16 * layout.scenario.topology.mean_length
     for i, j in edges:
-        (x0, y0), (x1, y1) = canvas.at[i], canvas.at[j]
+        (x0, y0), (x1, y1) = layout.at[i], layout.at[j]
         # 60 degrees to the edge, so that it reads as a slash and not as a crossing edge.
         angle = math.atan2(y1 - y0, x1 - x0) + math.pi / 3
         x, y = (x0 + x1) / 2, (y0 + y1) / 2
@@ -108,13 +108,13 @@ def _slashes(canvas: Canvas, axes: Axes, edges: list[tuple[int, int]]) -> None:
         axes.plot([x - dx, x + dx], [y - dy, y + dy], color=BLOCKED, linewidth=1.6, solid_capstyle="round", zorder=2)
 
 
-def _legend(canvas: Canvas) -> list[Line2D]:
+def _legend(layout: MapLayout) -> list[Line2D]:
     """What the map of this scenario can hold, and nothing else."""
 
     def mark(shape: str, color: str, label: str) -> Line2D:
         return Line2D([], [], linestyle="", marker=shape, color=color, markeredgecolor=INK, label=label)
 
-    scenario, count = canvas.scenario, len(canvas.scenario.agents)
+    scenario, count = layout.scenario, len(layout.scenario.agents)
     several = 1 < count <= len(AGENTS)
     handles = [mark("o", AGENTS[i], f"agent {i}") for i in range(count)] if several else [mark("o", AGENT, "agent (a)")]
     if scenario.boxes:
@@ -122,6 +122,6 @@ def _legend(canvas: Canvas) -> list[Line2D]:
     if scenario.holes:
         handles.append(mark("s", HOLE, "hole"))
     handles += [mark("D", GOAL, "goal"), Line2D([], [], color=BLOCKED, linewidth=1.6, label="blocked edge")]
-    if any(canvas.graph.edges[edge]["rise"] for edge in canvas.graph.edges):
+    if any(layout.graph.edges[edge]["rise"] for edge in layout.graph.edges):
         handles.append(Line2D([], [], color=QUIET, linestyle="dashed", label="slope"))
     return handles

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from colonysim.errors import ColonysimError
 from colonysim.files import found_at, read_json
-from colonysim.plots.canvas import INK, pens, plain
+from colonysim.plots.paper import INK, pens, plain
 from colonysim.plots.sheet import SCREEN
 from colonysim.trace.fields import is_a
 

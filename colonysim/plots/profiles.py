@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from colonysim.plots.canvas import INK, QUIET
+from colonysim.plots.paper import INK, QUIET
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

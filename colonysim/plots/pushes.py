@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 
 from colonysim.errors import ColonysimError
-from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, HOLE, INK, QUIET
+from colonysim.plots.paper import AGENT, BLOCKED, BOX, GOAL, HOLE, INK, QUIET
 from colonysim.plots.sheet import SCREEN
 
 if TYPE_CHECKING:

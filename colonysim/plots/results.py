@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from matplotlib.ticker import MaxNLocator
 
 from colonysim.intervals import student
-from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
+from colonysim.plots.paper import AGENT, BOX, INK, plain, title_of
 from colonysim.plots.sheet import SCREEN
 
 if TYPE_CHECKING:

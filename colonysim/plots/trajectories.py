@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.lines import Line2D
 
-from colonysim.plots.canvas import AGENTS, BOX, GOAL, HOLE, INK, Canvas, Pen, panels, pens, title_of
+from colonysim.plots.paper import AGENTS, BOX, GOAL, HOLE, INK, MapLayout, Pen, panels, pens, title_of
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
 from colonysim.trace.replay import follow, places
 
@@ -37,54 +37,54 @@ def trajectories_figure(run: Run, episodes: Sequence[int], sheet: Sheet = SCREEN
         EmptyFigureError: Nothing moved in these episodes.
     """
     scenario = run.scenario
-    canvas = Canvas.of(scenario, sheet, len(episodes))
+    layout = MapLayout.of(scenario, sheet, len(episodes))
     found = [(episode, _driven(run, episode)) for episode in episodes]
-    moved = [(driven is not None, driven or _node_to_node(run, canvas, episode)) for episode, driven in found]
+    moved = [(driven is not None, driven or _node_to_node(run, layout, episode)) for episode, driven in found]
     if not any(agents or boxes for _, (agents, boxes) in moved):
         raise EmptyFigureError("nothing moved in these episodes")
     several = pens(len(scenario.agents), AGENTS), pens(len(scenario.boxes), (BOX,))
-    figure, axes = panels(canvas, len(episodes), title_of("Trajectories", run), legend=_legend(canvas, several[0]))
+    figure, axes = panels(layout, len(episodes), title_of("Trajectories", run), legend=_legend(layout, several[0]))
     results = {result.episode: result for result in run.episodes}
     for axis, episode, (driven, (agents, boxes)) in zip(axes, episodes, moved, strict=True):
-        _place(canvas, axis, {place.goal for place in places(scenario, run.events(episode))})
+        _place(layout, axis, {place.goal for place in places(scenario, run.events(episode))})
         first_box = len(scenario.agents)
         for ways, pen, width, first in ((boxes, several[1], 2.4, first_box), (agents, several[0], 1.3, 0)):
             for number, way in ways.items():
-                aside = _side(canvas, first + number) if driven else (0.0, 0.0)
+                aside = _side(layout, first + number) if driven else (0.0, 0.0)
                 _draw(axis, way, pen[number], width, aside)
         result = results[episode]
-        canvas.frame(axis, f"episode {episode}: {result.steps} steps, success {result.success:.2f}")
+        layout.frame(axis, f"episode {episode}: {result.steps} steps, success {result.success:.2f}")
     return figure
 
 
-def _place(canvas: Canvas, axes: Axes, goals: set[int]) -> None:
-    scenario = canvas.scenario
+def _place(layout: MapLayout, axes: Axes, goals: set[int]) -> None:
+    scenario = layout.scenario
     ids = scenario.topology.ids
     holes = [ids[hole.node] for hole in scenario.holes]
-    canvas.edges(axes)
-    canvas.nodes(axes, [node for node in canvas.graph if node not in holes], "white", edge="#9A9A9A")
-    canvas.nodes(axes, holes, HOLE, shape="s")
-    canvas.landmarks(axes, [ids[start.node] for start in scenario.boxes_at_start], [ids[goal] for goal in goals])
-    canvas.numbers(axes, {node: "white" if node in holes else INK for node in canvas.graph})
+    layout.edges(axes)
+    layout.nodes(axes, [node for node in layout.graph if node not in holes], "white", edge="#9A9A9A")
+    layout.nodes(axes, holes, HOLE, shape="s")
+    layout.landmarks(axes, [ids[start.node] for start in scenario.boxes_at_start], [ids[goal] for goal in goals])
+    layout.numbers(axes, {node: "white" if node in holes else INK for node in layout.graph})
 
 
-def _node_to_node(run: Run, canvas: Canvas, episode: int) -> tuple[dict[int, Way], dict[int, Way]]:
+def _node_to_node(run: Run, layout: MapLayout, episode: int) -> tuple[dict[int, Way], dict[int, Way]]:
     """The ways along the edges, each passing its nodes on another side, so that none hides another."""
     ways = follow(run.scenario, run.events(episode))
     shifted: list[dict[int, Way]] = [{}, {}]
     for place, paths in enumerate((ways.agents, ways.boxes)):
         for thing, nodes in paths.items():
-            dx, dy = _side(canvas, thing + place * len(ways.agents))
+            dx, dy = _side(layout, thing + place * len(ways.agents))
             if len(nodes) > 1:
-                shifted[place][thing] = [(canvas.at[node][0] + dx, canvas.at[node][1] + dy) for node in nodes]
+                shifted[place][thing] = [(layout.at[node][0] + dx, layout.at[node][1] + dy) for node in nodes]
     return shifted[0], shifted[1]
 
 
-def _side(canvas: Canvas, thing: int) -> tuple[float, float]:
+def _side(layout: MapLayout, thing: int) -> tuple[float, float]:
     """Which way a thing is moved aside at a node: just outside it, so that its number stays legible."""
-    many = len(canvas.scenario.agents) + len(canvas.scenario.boxes)
+    many = len(layout.scenario.agents) + len(layout.scenario.boxes)
     angle = 2 * math.pi * thing / many + 0.4
-    radius = 0.66 * canvas.dot * canvas.unit
+    radius = 0.66 * layout.dot * layout.unit
     return radius * math.cos(angle), radius * math.sin(angle)
 
 
@@ -124,14 +124,14 @@ def _draw(axes: Axes, way: Way, pen: Pen, width: float, aside: tuple[float, floa
         )  # fmt: skip
 
 
-def _legend(canvas: Canvas, agents: Sequence[Pen]) -> list[Line2D]:
+def _legend(layout: MapLayout, agents: Sequence[Pen]) -> list[Line2D]:
     def line(pen: Pen, width: float, label: str) -> Line2D:
         return Line2D([], [], color=pen.color, linestyle=pen.dash, linewidth=width, label=label)
 
     named = 1 < len(agents) <= _MOST_NAMED
     shown = agents if named else agents[:1]
     handles = [line(pen, 1.3, f"agent {i}" if named else "agent") for i, pen in enumerate(shown)]
-    if canvas.scenario.boxes:
+    if layout.scenario.boxes:
         handles += [
             Line2D([], [], color=BOX, linewidth=2.4, label="box"),
             Line2D([], [], linestyle="", marker="s", color="none", markeredgecolor=BOX, label="box at first"),
@@ -140,6 +140,6 @@ def _legend(canvas: Canvas, agents: Sequence[Pen]) -> list[Line2D]:
         Line2D([], [], linestyle="", marker="o", color=INK, markersize=4, label="start"),
         Line2D([], [], linestyle="", marker="X", color=INK, markersize=6, label="end"),
     ]
-    if canvas.scenario.holes:
+    if layout.scenario.holes:
         handles.append(Line2D([], [], linestyle="", marker="s", color=HOLE, label="hole"))
     return [*handles, Line2D([], [], linestyle="", marker="D", color="none", markeredgecolor=GOAL, label="goal")]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, QUIET, plain, title_of
+from colonysim.plots.paper import AGENT, BLOCKED, BOX, GOAL, QUIET, plain, title_of
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.ticker import MaxNLocator
 
-from colonysim.plots.canvas import AGENT, BOX, INK, plain, title_of
+from colonysim.plots.paper import AGENT, BOX, INK, plain, title_of
 from colonysim.plots.sheet import SCREEN, EmptyFigureError
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from colonysim.plots.canvas import BOX, GOAL, INK, QUIET, named_in
+from colonysim.plots.paper import BOX, GOAL, INK, QUIET, named_in
 from colonysim.trace.replay import change_in_words, places, stops
 from colonysim.video.motion import by_events, by_poses, coming_and_leaving
 from colonysim.video.scene import Scene

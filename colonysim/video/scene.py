@@ -11,7 +11,7 @@ from matplotlib.collections import EllipseCollection, LineCollection, PolyCollec
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from colonysim.geometry.drawing import draw
-from colonysim.plots.canvas import AGENT, BLOCKED, BOX, GOAL, HOLE, INK
+from colonysim.plots.paper import AGENT, BLOCKED, BOX, GOAL, HOLE, INK
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -26,7 +26,7 @@ from colonysim.errors import ColonysimError, ColonysimWarning
 from colonysim.intervals import of_mean
 from colonysim.plots import draw, draw_results
 from colonysim.plots.arrangement import arranged, labels, short
-from colonysim.plots.canvas import AGENTS, BOX, GOAL, HOLE, pens
+from colonysim.plots.paper import AGENTS, BOX, GOAL, HOLE, pens
 from colonysim.sweep import run_sweep
 from colonysim.sweep.comparing import compare, pooled
 from colonysim.sweep.played import Played, read_source

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from colonysim.trace.reader import Run
 
 __all__ = [
-    "AGENT", "AGENTS", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "Canvas", "Pen",
+    "AGENT", "AGENTS", "BLOCKED", "BOX", "FIELD", "GOAL", "HOLE", "INK", "QUIET", "MapLayout", "Pen",
     "heading_of", "ink_on", "named_in", "panels", "pens", "plain", "title_of",
 ]  # fmt: skip
 
@@ -74,7 +74,7 @@ def ink_on(color: Sequence[float]) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Canvas:
+class MapLayout:
     """A map laid out on paper: how large a panel is, and how large nodes and letters can be in it.
 
     Attributes:
@@ -102,7 +102,7 @@ class Canvas:
     columns: int
 
     @classmethod
-    def of(cls, scenario: Scenario, sheet: Sheet, count: int, bar: bool = False) -> Canvas:
+    def of(cls, scenario: Scenario, sheet: Sheet, count: int, bar: bool = False) -> MapLayout:
         """Lays a scenario's map out.
 
         Args:
@@ -267,7 +267,7 @@ def plain(axes: Axes, x: str, y: str, title: str = "") -> None:
 
 
 def panels(
-    canvas: Canvas,
+    layout: MapLayout,
     count: int,
     title: str,
     *,
@@ -280,17 +280,17 @@ def panels(
     Places are computed, not searched for: matplotlib's own layouts take seconds for a page of maps.
 
     Args:
-        canvas: The map.
+        layout: The map.
         count: Number of panels.
         title: Title of the figure; left out in print.
         scale: Draws a colour bar on the right.
         label: What the colour bar shows.
         legend: What the legend below holds, if there is to be one.
     """
-    sheet, columns = canvas.sheet, canvas.columns
+    sheet, columns = layout.sheet, layout.columns
     rows = math.ceil(count / columns)
     left, right = _sides(sheet, scale is not None)
-    across, down = canvas.width + _GAP, canvas.height + 0.75
+    across, down = layout.width + _GAP, layout.height + 0.75
     width = left + columns * across - _GAP + right
     if sheet.width is not None:  # a map that is higher than wide does not fill its column
         left, width = left + (sheet.width - width) / 2, sheet.width
@@ -306,7 +306,7 @@ def panels(
     for i in range(count):
         row, column = divmod(i, columns)
         low = bottom + (rows - 1 - row) * down
-        box = (left + column * across, low, canvas.width, canvas.height)
+        box = (left + column * across, low, layout.width, layout.height)
         axes.append(figure.add_axes((box[0] / width, box[1] / height, box[2] / width, box[3] / height)))
     if scale is not None:
         at = left + columns * across - _GAP + (0.2 if not sheet.width else 0.12)
