@@ -20,7 +20,8 @@ from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
 from colonysim.simulation import Colony, mode_of
-from colonysim.simulation.keeping import check_savable, saved_of
+from colonysim.simulation.colony_state import check_savable
+from colonysim.simulation.keeping import saved_of
 from colonysim.simulation.origins import origin_of
 from colonysim.simulation.saving import write_saved
 from colonysim.trace.groups import results_at_end

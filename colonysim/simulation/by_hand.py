@@ -11,8 +11,9 @@ from colonysim.backends.changes import ANYWHERE, refuse_changes
 from colonysim.errors import ColonysimError
 from colonysim.scenario.changes import refuse_unknown_marks
 from colonysim.scenario.loading import with_changes
+from colonysim.simulation.adopting import adopt
+from colonysim.simulation.colony_state import check_plain, replays
 from colonysim.simulation.foreign.answers import SHOWN
-from colonysim.simulation.keeping import adopt, check_plain, replays
 from colonysim.simulation.tuning import check_tunings
 from colonysim.trace.writer import TraceWriter
 

@@ -22,22 +22,15 @@ from colonysim.scenario.changes import refuse_unknown_marks
 from colonysim.scenario.groups import refuse_speeds
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
+from colonysim.simulation.adopting import adopt, diverge
 from colonysim.simulation.by_hand import change_by_hand, kinds_by_hand
+from colonysim.simulation.course import Course
 from colonysim.simulation.episode import Episode
 from colonysim.simulation.foreign import checked_backend
 from colonysim.simulation.foreign.answers import SHOWN
 from colonysim.simulation.groups import GroupPolicies
 from colonysim.simulation.initial import load_fields
-from colonysim.simulation.keeping import (
-    Course,
-    adopt,
-    closed_on_error,
-    diverge,
-    loaded,
-    refuse_other_files,
-    restore,
-    saved_of,
-)
+from colonysim.simulation.keeping import closed_on_error, loaded, refuse_other_files, restore, saved_of
 from colonysim.simulation.measuring import Measures
 from colonysim.simulation.modes import mode_of
 from colonysim.simulation.origins import origin_of

@@ -14,7 +14,8 @@ from colonysim.provenance import TAG, parts_of, telling
 from colonysim.recording import groups_at_end, run
 from colonysim.scenario.loading import load_scenario
 from colonysim.simulation import Colony
-from colonysim.simulation.keeping import diverge, loaded
+from colonysim.simulation.adopting import diverge
+from colonysim.simulation.keeping import loaded
 from colonysim.simulation.saving import read_saved
 from colonysim.sweep.plan import found
 from colonysim.sweep.tables import STATE
