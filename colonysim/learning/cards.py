@@ -51,8 +51,8 @@ _DAMAGED = (
     struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 """What reading bytes that are no `.npz` may end with."""
-_SHIPPED = files("colonysim.push").joinpath("models")
-"""Where the models lie that come with the package."""
+_SHIPPED = files("colonysim").joinpath("push", "models")
+"""Where the models lie that come with the package; found without importing the push."""
 _FIELDS: dict[str, tuple[type, str]] = {"sha256": (str, "a text"), "arrays": (dict, "an object")}
 Arrays = Mapping[str, npt.NDArray[Any]]
 
