@@ -87,6 +87,11 @@ class Trainings:
         """Whether some setting was trained with several seeds, so that there are intervals."""
         return any(len(self.of(setting)) > 1 for setting in SETTINGS)
 
+    @property
+    def ablated(self) -> bool:
+        """Whether there are trainings with other settings than All-in-One, as most of the paper's claims need."""
+        return any(self.of(setting) for setting in SETTINGS if setting != ALL_IN_ONE)
+
     def of(self, setting: str) -> dict[int, dict[str, Any]]:
         """The trainings of a setting by seed: those of seeds below `TRIAL`, or, if there are none, the trial ones."""
         found = {row["seed"]: row for row in self.rows if row["setting"] == setting}

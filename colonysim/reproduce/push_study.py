@@ -37,7 +37,7 @@ _MEANS = {
 
 
 def push_part(context: Context) -> list[Block]:
-    """The readings of Algorithm 1; for each that was repeated the ablations, and one network against three."""
+    """The readings of Algorithm 1; of those that were repeated the figures, and the ablations where there are any."""
     trained = context.trainings
     if not trained:
         context.gaps.append("push: no stored trainings; `benchmarks/push_ablation.py run` makes them.")
@@ -52,9 +52,11 @@ def push_part(context: Context) -> list[Block]:
         Text("\n".join(f"- `{base}`: {_MEANS.get(base, 'see there')}." for base in _bases(trained))),
         *_readings(context, trained),
     ]
-    repeated = [one for one in trained if one.repeated]
-    for one in repeated or trained[:1]:
-        blocks += [Heading(3, f"Claims, with the reading {one.label}"), *_claims(context, one)]
+    for one in [one for one in trained if one.repeated] or trained[:1]:
+        if one.ablated:
+            blocks += [Heading(3, f"Claims, with the reading {one.label}"), *_claims(context, one)]
+        else:
+            blocks += [Heading(3, f"All-in-One, with the reading {one.label}"), _styles(context, one, [ALL_IN_ONE])]
     return blocks
 
 
@@ -164,7 +166,8 @@ def _claims(context: Context, trained: Trainings) -> list[Block]:
         one, other = trained.claimed(claim)
         rows.append(_compared(context, trained, claim.says, one, other, claim.expected, "reward"))
     columns = ["the paper claims", "first", "second", "difference [95 %]", "trainings", "verdict"]
-    blocks += [Table(columns, rows), Text("One network for all terrains, or one for each:"), _styles(context, trained)]
+    styles = _styles(context, trained, ["individual", ALL_IN_ONE])
+    blocks += [Table(columns, rows), Text("One network for all terrains, or one for each:"), styles]
     rows = []
     for style in context.paper.style_claims:
         one, other = trained.styles(style)
@@ -180,13 +183,14 @@ def _settings(trained: Trainings) -> Mapping[str, Any]:
     return {"base": trained.base, "engine": trained.engine}
 
 
-def _styles(context: Context, trained: Trainings) -> Block:
+def _styles(context: Context, trained: Trainings, styles: Iterable[str]) -> Block:
     paper = context.paper.push_style
     rows = []
-    for style, theirs in (("individual", paper.individual), ("all-in-one", paper.all_in_one)):
+    for style in styles:
+        theirs = paper.all_in_one if style == ALL_IN_ONE else paper.individual
         for measure, terrain in product(("reward", "success"), INDIVIDUAL):
             mean, sd = getattr(theirs, measure)[terrain]
-            setting = INDIVIDUAL[terrain] if style == "individual" else ALL_IN_ONE
+            setting = ALL_IN_ONE if style == ALL_IN_ONE else INDIVIDUAL[terrain]
             ours = Figure.of(list(trained.pushed(setting, terrain, measure).values()), WITHIN.get(measure))
             verdict = level(ours, Reported(mean, sd, paper.pushes), measure)
             about = f"{measure} on {terrain} ({style}) (`{paper.place}`)"
