@@ -29,7 +29,7 @@ RULE = f"""\
 Intervals are of 95 %: over seeds, since the episodes of a run depend on each other; by bootstrap (2,000 resamples) from
 8 seeds on, Student's for fewer, none for one; seeds that all give the same leave it without width. Shares of runs have
 Wilson's. An *undecided* verdict comes with the number of seeds that would decide it if the means stayed as they are and
-the interval narrowed with the root of that number.
+the interval narrowed with the root of that number, which is rough where there are few seeds.
 
 - **A figure of the paper** is compared by the difference, ours less the paper's; its interval joins ours with that \
 of the paper's mean (its standard deviation over the root of its episodes). It *disagrees* if the interval leaves out \
@@ -38,8 +38,9 @@ and reaches no further from its middle than \
 {COARSE["steps"]:.0%} of the paper's steps, {COARSE["success"]:g} of success or {COARSE["reward"]:g} of reward; else \
 it is *undecided*.
 - **A claim of a difference** is tested on the difference of two settings, paired by seed. It *agrees* if the interval \
-lies wholly on the claimed side of 0; it *disagrees* if it lies wholly on the other side, or wholly within the \
-negligible, which is {NEGLIGIBLE:.0%} of the average of the two means; else it is *undecided*.
+lies wholly on the claimed side of 0, however small the difference is; if not, it *disagrees* if the interval lies \
+wholly on the other side, or wholly within the negligible, which is {NEGLIGIBLE:.0%} of the average of the two means; \
+else it is *undecided*.
 - **A claim of no difference** *agrees* if the interval lies within the negligible, *disagrees* if it lies outside, \
 else it is *undecided*.
 - **A claim about what happens** in a run is tested on the share of runs in which it does: it *agrees* if the interval \
@@ -144,7 +145,8 @@ def level(ours: Figure | None, paper: Reported, measure: str) -> Verdict:
     widest = COARSE[measure] * (paper.mean if measure == "steps" else 1.0)
     if (high - low) / 2.0 <= widest:
         return Verdict("agrees", found)
-    own, theirs = (ours.high - ours.low) / 2.0, paper.half
+    # An interval that was cut at what the measure can be at all is as wide as its other half says.
+    own, theirs = max(ours.mean - ours.low, ours.high - ours.mean), paper.half
     return Verdict("undecided", found, _takes(ours.count, own, max(abs(difference), widest), theirs))
 
 

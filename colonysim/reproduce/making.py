@@ -16,7 +16,7 @@ from colonysim.reproduce.context import Context
 from colonysim.reproduce.document import Block, Heading, Text, as_html, as_markdown
 from colonysim.reproduce.evidence import Evidence, Measured, found_by, stored_in_physics
 from colonysim.reproduce.fit import fit_part, held_out
-from colonysim.reproduce.pages import report
+from colonysim.reproduce.pages import PAGES, report
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.push import Trainings
 from colonysim.reproduce.push_study import push_part
@@ -149,6 +149,8 @@ def reproduce(
 ) -> Made:
     """Runs studies and writes `reproduction/index.md`, its pages, and `reproduction.html`; nothing is run twice.
 
+    The report is of these studies alone: pages of others that an earlier call has written there are removed.
+
     Args:
         out: The directory: report, images, trials and recorded runs.
         names: Which of `STUDIES`; all if empty.
@@ -184,7 +186,7 @@ def reproduce(
         stored_in[engine] = Path(given).name
         kept += runs
         gaps += damaged
-    source = Path(trainings) if trainings else stored("push_ablation.jsonl")
+    source = (Path(trainings) if trainings else stored("push_ablation.jsonl")) if _TRAINED in chosen else None
     trained, damaged = Trainings.read(source) if source else ([], [])
     gaps += damaged
     if trouble := engine_trouble(size.engine):
@@ -222,6 +224,8 @@ def reproduce(
         written = report(context, pages, _asked(list(chosen), size, physics, trainings))
         for page in written:
             replace_file(context.pages / f"{page.name}.md", as_markdown(page.blocks))
+        for gone in PAGES.keys() - pages.keys():  # of a report of other studies that was here before
+            (context.pages / f"{gone}.md").unlink(missing_ok=True)
         markdown, html = context.pages / "index.md", out / "reproduction.html"
         replace_file(html, as_html(written, context.pages))
     return Made(markdown, html, Counter(judged.verdict.word for judged in context.judged), tuple(context.gaps))

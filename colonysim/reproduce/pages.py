@@ -60,7 +60,7 @@ PAGES = {
         "paper's Algorithm 1 is Double DQN; b is the number of examples of one update, S the number of first actions "
         "that are drawn by lot, M the number of updates between two copies of the learning network to the one that "
         "its targets are taken from. *Success* is the share of pushes that end as they should, *reward* the sum of "
-        "the paper's rewards of a push.",
+        "the rewards of a push.",
     ),
 }
 """The pages that studies stand on: title, what is there in half a line, and what a newcomer has to know."""
@@ -78,6 +78,11 @@ def report(context: Context, studies: Mapping[str, Sequence[Block]], asked: str)
     links = [f"- [{title}]({name}.md): {about}." for name, (title, about, _) in there.items()]
     links.append("- [Verdicts](verdicts.md): the rule, and every figure and claim with its verdict.")
     size = context.size
+    run = (
+        f": node world with seeds {size.first_seed}-{size.first_seed + size.seeds - 1}, {size.episodes} episodes a run"
+        if any(trial.settings["backend"] == "nodeworld" for trial in context.evidence.trials)
+        else ""
+    )
     first: list[Block] = [
         Heading(1, "The paper, reproduced"),
         *summary(context),
@@ -85,8 +90,7 @@ def report(context: Context, studies: Mapping[str, Sequence[Block]], asked: str)
         Text("\n".join(links)),
         Heading(2, "How it was made"),
         Text(
-            f"{context.paper.source}, beside colonysim {__version__}. Made by `colonysim reproduce{asked}`: node "
-            f"world with seeds {size.first_seed}-{size.first_seed + size.seeds - 1}, {size.episodes} episodes a run. "
+            f"{context.paper.source}, beside colonysim {__version__}. Made by `colonysim reproduce{asked}`{run}. "
             "The paper's images are not to be had; its captions and numbers stand in their place."
         ),
     ]

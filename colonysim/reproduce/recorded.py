@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import dataclass, replace
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from colonysim import __version__
 from colonysim.errors import TraceError
+from colonysim.files import replace_file
 from colonysim.provenance import parts_of
 from colonysim.recording import run
 from colonysim.scenario.loading import load_scenario
@@ -113,10 +115,10 @@ def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None)
     if directory.exists():
         try:
             there = Run.open(directory)
-            if there.status == "finished" and _is_as_now(there, what):
+            if there.status == "finished" and _is_as_now(there, what, seed) and there.verify():
                 return there
         except TraceError:
-            pass  # killed before its first line
+            pass  # killed before its first line, or damaged since
         shutil.rmtree(directory)
     return run(
         what.scenario, variant=what.variant, policy=what.policy, mode=what.mode, backend=what.backend,
@@ -124,40 +126,33 @@ def recorded(what: Recording, size: Size, folder: Path, seed: int | None = None)
     )  # fmt: skip
 
 
-def _is_as_now(there: Run, what: Recording) -> bool:
+def _is_as_now(there: Run, what: Recording, seed: int) -> bool:
     """Whether the run would be the same today."""
     scenario, manifest = load_scenario(what.scenario, what.variant), there.manifest
     return (
         manifest.get("versions", {}).get("colonysim") == __version__
+        and manifest.get("seed") == seed
         and manifest.get("scenario_sha256") == scenario.digest
-        and manifest.get("sources", {}) == parts_of(
-            what.policy, what.backend, scenario.parameters, None, scenario.parts_of_groups
-        )
+        and manifest.get("sources", {})
+        == parts_of(what.policy, what.backend, scenario.parameters, None, scenario.parts_of_groups)
     )
 
 
 def drawn(name: str, size: Size, runs: Path, images: Path) -> Path:
-    """Draws one of `DRAWINGS`, unless its image is there already, and newer than the run.
-
-    Runs in physics are drawn in any case: the name of the image does not tell the engine.
-    """
+    """Draws one of `DRAWINGS`, or takes the drawing that lies beside its run if it is newer than the run."""
     from colonysim.plots import draw
 
     what = DRAWINGS[name]
-    image = images / f"{name}.png"
     source = recorded(RUNS[what.run], size, runs)
-    current = (
-        RUNS[what.run].backend != "physics"
-        and source.path is not None
-        and image.exists()
-        and image.stat().st_mtime >= (source.path / MANIFEST).stat().st_mtime
-    )
-    if not current:
+    assert source.path is not None
+    kept = runs / "drawings" / f"{source.path.name}-{name}.png"
+    if not kept.exists() or kept.stat().st_mtime < (source.path / MANIFEST).stat().st_mtime:
         last = source.episodes[-1].episode
         chosen = tuple(dict.fromkeys(min(number, last) or last for number in what.episodes))
-        [made] = draw(
-            source, what=[what.what], episodes=chosen, hole=what.hole, box=what.box, out=images / name, dpi=80
-        )
-        made.replace(image)
-        made.parent.rmdir()
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=kept.parent) as scratch:
+            [made] = draw(source, what=[what.what], episodes=chosen, hole=what.hole, box=what.box, out=scratch, dpi=80)
+            made.replace(kept)
+    image = images / f"{name}.png"
+    replace_file(image, kept.read_bytes())
     return image

@@ -27,7 +27,7 @@ from colonysim.reproduce.judging import Figure, Reported, direction, level, shar
 from colonysim.reproduce.pages import PAGES
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.plans import ABLATED, FULL, QUICK, asked, joined
-from colonysim.reproduce.push import SETTINGS, Trainings
+from colonysim.reproduce.push import ASKED, Trainings
 from colonysim.reproduce.recorded import DRAWINGS, RUNS
 from colonysim.reproduce.summary import summary
 
@@ -124,7 +124,7 @@ def test_every_claim_drawing_and_fact_belongs_to_a_study():
     assert {fact.study for fact in FACTS} <= set(STUDIES) and {fact.run for fact in FACTS} <= set(RUNS)
     assert {drawing.run for drawing in DRAWINGS.values()} <= set(RUNS)
     assert set(DRAWINGS) | {"push-ablation"} == set(PAPER.figures)
-    assert {claim.of for claim in PAPER.push_claims} | {claim.than for claim in PAPER.push_claims} <= set(SETTINGS)
+    assert {claim.of for claim in PAPER.push_claims} | {claim.than for claim in PAPER.push_claims} <= set(ASKED)
 
 
 def test_every_claim_finds_its_trials():
@@ -316,8 +316,10 @@ def test_stored_runs_on_two_engines_stand_side_by_side_and_one_engine_has_one_fi
     with pytest.raises(ColonysimError, match=r"holds runs on mujoco, as mujoco\.jsonl does"):
         reproduce(tmp_path / "out", ["performance-physics"], physics=[*files, files[1]])
     mixed = tmp_path / "mixed.jsonl"
-    mixed.write_text("\n".join(stored_run("easy", "staged", i, engine=name) for i, name in enumerate(("bullet", "x"))))
-    with pytest.raises(ColonysimError, match="holds runs on bullet, x; expected a file of one engine"):
+    mixed.write_text(
+        "\n".join(stored_run("easy", "staged", i, engine=name) for i, name in enumerate(("bullet", "mujoco")))
+    )
+    with pytest.raises(ColonysimError, match="holds runs on bullet, mujoco; expected a file of one engine"):
         reproduce(tmp_path / "out", ["performance-physics"], physics=[mixed])
 
 
@@ -342,7 +344,7 @@ def test_runs_under_several_rules_executors_and_estimates_are_told_apart(tmp_pat
         assert text.count(f"| `{policy}` | `{push}` | `{estimate}` | `bullet` | 2 |") == len(MAPS)
     assert not made.gaps and "`paper`, `rl`, bullet" in made.markdown.read_text()
     file.write_text(stored_run("easy", "pull", 7))
-    with pytest.raises(ColonysimError, match="no executor 'pull'"):
+    with pytest.raises(ColonysimError, match=r"its 'push': 'pull' is not known; there are: "):
         reproduce(tmp_path / "out", ["performance-physics"], physics=[file])
 
 
@@ -382,7 +384,7 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     assert [line.split(" | ")[0] for line in text.splitlines() if " | bullet | " in line] == [
         "| `paper`", "| `standard target`", "| `improved`",
     ]  # fmt: skip
-    assert re.findall(r"### Claims, with the reading (.*)", text) == ["`standard target`, bullet"]
+    assert re.findall(r"### All-in-One, with the reading (.*)", text) == ["`standard target`, bullet"]
     assert "| better, agrees, better |" in text
     assert "several seeds, `standard target`, bullet is shown to reach the paper's success" in text
     first = made.markdown.read_text()
@@ -392,6 +394,95 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
         "1.00 [1.00, 1.00] (3 trainings)." in first
     )
     assert (made.markdown.parent / "push-readings.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"map": "eazy"}, "did you mean 'easy'?"), ({"map": "hard:r9-9"}, "the paper has no map"),
+        ({"policy": "colonny"}, "did you mean 'colony'?"), ({"policy": None}, "its 'policy'"),
+        ({"feasibility": "oracle"}, "'oracle' is not known"), ({"parameters": None}, "its 'parameters'"),
+        ({"parameters": {"a": [1]}}, "its 'parameters'"), ({"episodes": []}, "its 'episodes'"),
+        ({"seed": 10**30}, "its 'seed'"), ({"engine": "bulet"}, "did you mean 'bullet'?"),
+        *[
+            ({"episodes": [{**json.loads(stored_run("easy", "staged", 7))["episodes"][0], **part}]}, name)
+            for name, part in [
+                ("(0.success)", {"success": 5.0}), ("(0.steps)", {"steps": -40}), ("(0.steps)", {"steps": 10**400}),
+                ("(0.success)", {"success": float("nan")}), ("(0.sim_seconds)", {"sim_seconds": -1.0}),
+            ]
+        ],
+    ],
+)  # fmt: skip
+def test_a_stored_run_that_cannot_be_is_left_out_and_it_is_said_why(tmp_path, changed, said):
+    file = tmp_path / "bullet.jsonl"
+    whole = stored_run("easy", "staged", 7)
+    file.write_text(f"{whole}\n{json.dumps({**json.loads(whole), **changed})}\n")
+    _, runs, [told] = stored_in_physics(file)
+    assert len(runs) == 1 and "line 2: " in told and said in told
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"setting": "batch 65"}, "'batch 65' is not known"), ({"base": "../x"}, "'../x' is not known"),
+        ({"engine": None}, "its 'engine'"), ({"pushed": {"flat": None}}, "its 'pushed'"),
+        ({"pushed": {"flat": [5.0, 1.0]}}, "its 'pushed'"), ({"pushes": None}, "its 'pushes'"),
+        ({"losses": "abc"}, "its 'losses'"), ({"peak_episode": 10**400}, "its 'peak_episode'"),
+        ({"tests": []}, "its 'tests'"), ({"pushed_last": None}, "its 'pushed_last'"),
+    ],
+)  # fmt: skip
+def test_a_stored_training_that_cannot_be_is_left_out_and_it_is_said_why(tmp_path, changed, said):
+    file = tmp_path / "trainings.jsonl"
+    whole = stored_training("base", 0, 1.0, {"hole": [1.0, 2.0]})
+    file.write_text(f"{whole}\n{json.dumps({**json.loads(whole), 'seed': 1, **changed})}\n")
+    [found], [told] = Trainings.read(file)
+    assert len(found.rows) == 1 and "line 2: " in told and said in told
+
+
+def test_the_same_run_in_other_words_counts_once(tmp_path):
+    file = tmp_path / "bullet.jsonl"
+    hard, easy = stored_run("hard", "staged", 7), stored_run("easy", "staged", 7)
+    spelled = [("hard:r20-4", {}), ("easy:", {}), ("easy", {"policy": "colony"}), ("easy", {"feasibility": "way"})]
+    others = [stored_run(name, "staged", 7, **more) for name, more in [*spelled, ("easy", {"engine": "bullet"})]]
+    file.write_text("\n".join([hard, easy, *others]))
+    _, runs, [told] = stored_in_physics(file)
+    assert len(runs) == 2 and told.count("it is there twice") == 5
+
+
+def test_rows_of_another_length_are_left_out_and_counted(tmp_path):
+    file = tmp_path / "rows.jsonl"
+    short = json.loads(stored_run("easy", "staged", 9))
+    short["episodes"] = short["episodes"][:1]
+    file.write_text("\n".join([*(stored_run("easy", "staged", seed) for seed in (7, 8)), json.dumps(short)]))
+    _, runs, [told] = stored_in_physics(file)
+    assert [run.seed for run in runs] == [7, 8] and "1 of 3 rows have other than 4 episodes; left out" in told
+    trained = [json.loads(stored_training("base", seed, 1.0, {})) for seed in range(3)]
+    trained[2]["episodes"] = 401
+    file.write_text("\n".join(map(json.dumps, trained)))
+    [found], [told] = Trainings.read(file)
+    assert len(found.rows) == 2 and "1 of 3 rows have other than 400 episodes; left out" in told
+    file.write_text("")
+    with pytest.raises(ColonysimError, match="it is empty"):
+        stored_in_physics(file)
+
+
+def test_a_reading_that_was_trained_on_all_terrains_alone_has_its_figures_and_no_claims(tmp_path):
+    file = tmp_path / "trainings.jsonl"
+    pushed = {kind: [0.25, 5.0] for kind in ("flat", "slope", "hole")}
+    file.write_text("\n".join(stored_training("all-in-one", seed, 5.0, pushed) for seed in range(3)))
+    made = reproduce(tmp_path / "out", ["push"], trainings=file)
+    text = (made.markdown.parent / "push.md").read_text()
+    assert "### All-in-One, with the reading `paper`, bullet" in text and "| individual |" not in text
+    assert not made.gaps and made.verdicts.total() == 6 and "no runs" not in text
+
+
+def test_a_report_of_other_studies_leaves_no_page_and_no_link_of_the_one_before(tmp_path):
+    file = tmp_path / "trainings.jsonl"
+    file.write_text(stored_training("base", 0, 1.0, {"hole": [1.0, 2.0]}))
+    made = reproduce(tmp_path / "out", ["push"], trainings=file)
+    assert "node world with seeds" not in made.markdown.read_text()
+    made = reproduce(tmp_path / "out", ["performance-physics"], physics=[stored_runs(tmp_path / "bullet.jsonl")])
+    assert not (made.markdown.parent / "push.md").exists() and "push.md" not in made.markdown.read_text()
 
 
 def test_what_is_asked_for_wrongly_is_one_message(tmp_path):
@@ -427,13 +518,13 @@ def test_damaged_lines_of_stored_results_are_missing_and_the_others_count(tmp_pa
     assert engine == "bullet"
     assert [run.seed for run in runs] == [7, 9]
     assert re.findall(r"line (\d+): ", told) == ["2", "3", "4", "5", "6", "7"]
-    assert "it is there twice (easy, staged, 7)" in told
-    row = {"setting": "base", "base": "paper", "episodes": 9, "seed": 1, "peak_episode": 3, "pushed": {}, "tests": []}
+    assert "it is there twice (bullet, easy, colony, staged, way, 7)" in told
+    row = json.loads(stored_training("base", 1, 1.0, {"hole": [1.0, 2.0]}))
     trainings = tmp_path / "trainings.jsonl"
     other = json.dumps({**row, "seed": 2, "tests": [[1, 2, "x", 0.0]]})
     trainings.write_text(f"{json.dumps(row)}\n{other}\nnonsense\n")
     [found], [told] = Trainings.read(trainings)
-    assert len(found.rows) == 1 and "line 2: its 'tests'" in told and "line 3: " in told
+    assert len(found.rows) == 1 and "line 2: its 'tests' (0.2): " in told and "line 3: " in told
     trainings.write_text("nonsense\n")
     with pytest.raises(ColonysimError, match="not trainings as"):
         Trainings.read(trainings)
