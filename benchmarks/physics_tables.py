@@ -22,10 +22,13 @@ from typing import Any
 
 import yaml
 
+from colonysim.arguments import as_seed, whole
 from colonysim.backends.physics import FEASIBILITIES, SUITED
+from colonysim.errors import ColonysimError
 from colonysim.jsonlines import append_line, read_lines, warn_of
 from colonysim.physics import ENGINES, default_engine
 from colonysim.processes import results
+from colonysim.reproduce.stored import StoredRun, fault_finder
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results"
 PAPER = {
@@ -132,9 +135,8 @@ def told(durations: dict[str, list[float]]) -> dict[str, tuple[int, float]]:
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    names = {"map", "policy", "push", "feasibility", "seed", "episodes"}
-    rows, faults = read_lines(path, lambda row: None if names <= row.keys() else "no run")
-    warn_of(path, faults, "these runs are made again")
+    rows, faults = read_lines(path, fault_finder(StoredRun))
+    warn_of(path, faults, "left out")
     return rows
 
 
@@ -178,7 +180,10 @@ def with_measured_durations(
 
 
 def run(options: argparse.Namespace) -> None:
-    done = {unit_of(row) for row in read(options.results)}
+    stored = read(options.results)
+    done = {unit_of(r) for r in stored if (r["engine"], len(r["episodes"])) == (options.engine, options.episodes)}
+    if other := len(stored) - len(done):
+        print(f"{other} stored runs are on another engine or of another length", file=sys.stderr, flush=True)
     given = tuple(sorted((path, yaml.safe_load(value)) for path, _, value in (s.partition("=") for s in options.set)))
     asked = [
         Unit(name, policy, push, options.feasibility or SUITED[push], seed, given)
@@ -187,7 +192,9 @@ def run(options: argparse.Namespace) -> None:
         for seed in options.seeds
         for name in options.maps
     ]
-    wanted = [unit for unit in asked if unit not in done]
+    for name in options.maps:
+        scenario_of(name, dict(given))  # a wrong name is told before anything runs
+    wanted = [unit for unit in dict.fromkeys(asked) if unit not in done]
     print(f"{len(wanted)} runs of {options.episodes} episodes to go, {len(done)} done", file=sys.stderr, flush=True)
     for _, row in results(measure, [(unit, options.engine, options.episodes) for unit in wanted], options.workers):
         append_line(options.results, row)
@@ -208,7 +215,7 @@ def kind_of(row: dict[str, Any]) -> tuple[str, str, str, str]:
 
 
 def table(options: argparse.Namespace) -> None:
-    rows = [row for row in read(options.results) if not row.get("parameters")]
+    rows = [row for row in read(options.results) if row["engine"] == options.engine and not row.get("parameters")]
     print(
         "| map | policy | push | estimate | seeds | steps, episodes 1-10 | success 1-10 | steps 11- "
         "| success 11- [95 %] "
@@ -268,7 +275,15 @@ def main() -> None:
     two.set_defaults(call=table)
     options = parser.parse_args()
     options.results = options.results or RESULTS / f"{options.engine}.jsonl"
-    options.call(options)
+    try:
+        if options.call is run:
+            whole("--episodes", options.episodes, 1)
+            whole("--workers", options.workers, 1)
+            for seed in options.seeds:
+                as_seed(seed, "--seeds")
+        options.call(options)
+    except ColonysimError as error:
+        parser.exit(1, f"Error: {error}\n")
 
 
 if __name__ == "__main__":

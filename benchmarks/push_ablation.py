@@ -26,6 +26,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from colonysim.arguments import as_seed, whole
+from colonysim.errors import ColonysimError
 from colonysim.jsonlines import append_line, read_lines, warn_of
 from colonysim.learning.seeds import Purpose
 from colonysim.physics import ENGINES, EngineName, default_engine
@@ -35,6 +37,8 @@ from colonysim.push.training.evaluation import evaluate_push
 from colonysim.push.training.presets import READINGS, TrainingConfig
 from colonysim.push.training.starts import KINDS
 from colonysim.push.training.trainer import train_push
+from colonysim.reproduce.push import TRIAL
+from colonysim.reproduce.stored import StoredTraining, fault_finder
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results" / "push_ablation.jsonl"
 HOLE: tuple[tuple[Kind, float], ...] = (("hole", 1.0),)
@@ -129,9 +133,8 @@ def measure(task: tuple[Unit, int, Path]) -> dict[str, Any]:
 def read(path: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
-    names = {"setting", "base", "engine", "episodes", "seed"}
-    rows, faults = read_lines(path, lambda row: None if names <= row.keys() else "no training")
-    warn_of(path, faults, "these trainings are made again")
+    rows, faults = read_lines(path, fault_finder(StoredTraining))
+    warn_of(path, faults, "left out")
     return rows
 
 
@@ -147,7 +150,7 @@ def run(given: argparse.Namespace) -> None:
         for base in given.base
         for setting in given.settings
     ]
-    left = [unit for unit in wanted if unit not in done]
+    left = [unit for unit in dict.fromkeys(wanted) if unit not in done]
     print(f"{len(left)} of {len(wanted)} trainings to do", flush=True)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     tasks = [(unit, given.pushes, given.work) for unit in left]
@@ -182,7 +185,10 @@ def table(given: argparse.Namespace) -> None:
 def chosen(given: argparse.Namespace, base: str) -> list[dict[str, Any]]:
     """The trainings of a reading on the engine and of the length that were asked for."""
     asked = base, given.engine, given.episodes
-    return [row for row in read(given.results) if (row["base"], row["engine"], row["episodes"]) == asked]
+    rows = [row for row in read(given.results) if (row["base"], row["engine"], row["episodes"]) == asked]
+    # As in the report, trials count only where there is nothing else.
+    real = {row["setting"] for row in rows if row["seed"] < TRIAL}
+    return [row for row in rows if row["seed"] < TRIAL or row["setting"] not in real]
 
 
 def table_of(base: str, rows: list[dict[str, Any]], given: argparse.Namespace) -> None:
@@ -215,6 +221,8 @@ def plot(given: argparse.Namespace) -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     for base in given.base:
         rows = chosen(given, base)
+        if not rows:
+            raise ColonysimError(f"{given.results}: no trainings of {base!r} on {given.engine}")
         panels = {
             title: {
                 LABELS[title] if name == "base" else name: [row["tests"] for row in rows if row["setting"] == name]
@@ -244,7 +252,14 @@ def main() -> None:
     parser.add_argument("--work", type=Path, default=Path("runs/push-ablation"), help="checkpoints and networks")
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="where plots go")
     given = parser.parse_args()
-    {"run": run, "table": table, "plot": plot}[given.what](given)
+    try:
+        for name in ("episodes", "pushes", "workers"):
+            whole(f"--{name}", getattr(given, name), 1)
+        for seed in given.seeds:
+            as_seed(seed, "--seeds")
+        {"run": run, "table": table, "plot": plot}[given.what](given)
+    except ColonysimError as error:
+        parser.exit(1, f"Error: {error}\n")
 
 
 if __name__ == "__main__":

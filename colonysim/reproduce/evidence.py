@@ -7,6 +7,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any, Literal
 
 from colonysim.errors import ColonysimError
+from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.stored import StoredRun, stored_rows
 from colonysim.sweep.tables import EPISODE
 
@@ -115,8 +116,11 @@ def stored_in_physics(path: Path) -> tuple[str, list[Measured], list[str]]:
     engines = sorted({row.engine for row in rows})
     if len(engines) > 1:
         raise ColonysimError(f"{path}: holds runs on {', '.join(engines)}; expected a file of one engine")
+    maps = {(row.map, row.variant): row.label for row in the_paper().performance}
+    if strange := sorted({row.map for row in rows if row.place not in maps}):
+        gaps.append(f"{path}: the paper has no map {', '.join(map(repr, strange))}; left out")
     measured = []
-    for row in rows:
+    for row in (row for row in rows if row.place in maps):
         name, variant = row.place
         settings = {
             "scenario": name, "variant": variant, "backend": row.engine, "policy": row.policy, "mode": "asynchronous",

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from colonysim.reproduce.evidence import Evidence
     from colonysim.reproduce.paper import Paper, Row, Told
 
-__all__ = ["Point", "distance", "fit_part", "held_out", "points"]
+__all__ = ["Point", "distance", "driven_part", "fit_part", "held_out", "points"]
 
 _STUDY = "fit"
 _NAMES = (*FITTED, *FITTED_READINGS)
@@ -175,10 +175,10 @@ def fit_part(context: Context) -> list[Block]:
     chosen = fresh.get(_key(best[0][1]))
     if chosen is not None and preset is not None:
         blocks += [Heading(3, "The five rows at the best point, fresh seeds"), _rows(context, chosen, preset)]
-    return [*blocks, *_driven(context, best[0][1])]
+    return [*blocks, *driven_part(context, best[0][1])]
 
 
-def _driven(context: Context, best: Point) -> list[Block]:
+def driven_part(context: Context, best: Point) -> list[Block]:
     """The best point with rigid bodies, as `benchmarks/physics_tables.py run --set` does it; other points are gaps."""
     rows = []
     for engine in ENGINES:

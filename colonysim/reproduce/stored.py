@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -16,15 +15,14 @@ from colonysim.jsonlines import described, read_lines
 from colonysim.physics import ENGINES
 from colonysim.push.task import Kind
 from colonysim.push.training.presets import READINGS
-from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.plans import PRESETS
 from colonysim.suggest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
-__all__ = ["ALL_IN_ONE", "OWN", "SETTINGS", "StoredRun", "StoredTraining", "stored_rows"]
+__all__ = ["ALL_IN_ONE", "OWN", "SETTINGS", "StoredRun", "StoredTraining", "fault_finder", "stored_rows"]
 
 ALL_IN_ONE = "all-in-one"
 """The setting of a training on all terrains."""
@@ -75,7 +73,7 @@ class StoredEpisode(_Row):
 
 
 class StoredRun(_Row):
-    """A run in physics on one of the paper's maps.
+    """A run in physics.
 
     A row that names no engine is of Bullet, one that names no policy of `colony`; one that names no estimate has that
     which suits the executor.
@@ -96,12 +94,6 @@ class StoredRun(_Row):
         if isinstance(row, dict) and "feasibility" not in row and isinstance(row.get("push"), str):
             return {**row, "feasibility": SUITED.get(row["push"], "")}
         return row
-
-    @model_validator(mode="after")
-    def _on_a_map_of_the_paper(self) -> StoredRun:
-        if self.place not in _maps().values():
-            raise ValueError(f"the paper has no map {self.map!r}; {nearest(self.map, _maps())}")
-        return self
 
     @property
     def place(self) -> tuple[str, str | None]:
@@ -155,16 +147,8 @@ class StoredTraining(_Row):
 _Stored = TypeVar("_Stored", StoredRun, StoredTraining)
 
 
-def stored_rows(path: Path, form: type[_Stored]) -> tuple[list[_Stored], list[str]]:
-    """The rows of a file of results, and what was left out of it and why: a line for each reason.
-
-    Rows count that are whole, there for the first time, and of the usual length: the one that most have, of several
-    such the longest.
-
-    Raises:
-        ColonysimError: The file cannot be read, or no line of it is such a row.
-    """
-    rows: list[_Stored] = []
+def fault_finder(form: type[StoredRun] | type[StoredTraining]) -> Callable[[dict[str, Any]], str | None]:
+    """A function that tells what is wrong with a row, or that an earlier one is the same: for `read_lines`."""
     seen: set[tuple[str, ...]] = set()
 
     def fault_of(line: dict[str, Any]) -> str | None:
@@ -175,10 +159,22 @@ def stored_rows(path: Path, form: type[_Stored]) -> tuple[list[_Stored], list[st
         if row.identity in seen:
             return f"it is there twice ({', '.join(filter(None, row.identity))})"
         seen.add(row.identity)
-        rows.append(row)
         return None
 
-    _, faults = read_lines(path, fault_of)
+    return fault_of
+
+
+def stored_rows(path: Path, form: type[_Stored]) -> tuple[list[_Stored], list[str]]:
+    """The rows of a file of results, and what was left out of it and why: a line for each reason.
+
+    Rows count that are whole, there for the first time, and of the usual length: the one that most have, of several
+    such the longest.
+
+    Raises:
+        ColonysimError: The file cannot be read, or no line of it is such a row.
+    """
+    lines, faults = read_lines(path, fault_finder(form))
+    rows = [form.model_validate(line) for line in lines]
     if not rows:
         what, script = _MADE_BY[form]
         why = described(path, faults) if faults else f"{path}: it is empty"
@@ -206,10 +202,3 @@ def _told(error: ValidationError) -> str:
     name, *inner = (str(part) for part in first["loc"])
     where = f"{name!r}" + (f" ({'.'.join(inner)})" if inner else "")
     return f"its {where} is missing" if first["type"] == "missing" else f"its {where}: {says}"
-
-
-@cache
-def _maps() -> dict[str, tuple[str, str | None]]:
-    """The paper's maps, as rows name them."""
-    rows = the_paper().performance
-    return {":".join(filter(None, (row.map, row.variant))): (row.map, row.variant) for row in rows}

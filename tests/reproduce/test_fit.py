@@ -8,8 +8,9 @@ import pytest
 
 from colonysim.policies.settings import PRESETS, StigmergySettings
 from colonysim.reproduce import plans, reproduce
+from colonysim.reproduce.context import Context
 from colonysim.reproduce.evidence import Evidence, Measured
-from colonysim.reproduce.fit import distance, held_out, points
+from colonysim.reproduce.fit import Point, distance, driven_part, held_out, points
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.plans import ALTERNATIVES, FITTED, FITTED_READINGS, PRESET_POINT, QUICK, asked
 
@@ -97,3 +98,23 @@ def test_the_page_shows_the_best_points_beside_the_preset(tmp_path, monkeypatch)
     assert len(begun) == len(set(begun)) == 5 * (4 + 2) + 5 * 5 * 2
     reproduce(tmp_path, ["fit"], size=TINY, workers=2, on_outcome=watch)
     assert len(begun) == 80, "nothing is run twice"
+
+
+def test_only_the_paper_s_system_at_the_best_point_counts_with_rigid_bodies(tmp_path):
+    def driven(parameters: dict[str, object], push: str, feasibility: str, off: float) -> list[Measured]:
+        options = {"backend.push": push, "backend.feasibility": feasibility}
+        found = trials(parameters, [2000, 2001], off, "mujoco")
+        return [replace(trial, settings={**trial.settings, **options}) for trial in found]
+
+    elsewhere = {**PRESET_POINT, "policy.beta": 3.0}
+    own = driven(PRESET_POINT, "rl", "forest", 0.0)
+    others = [
+        *driven(PRESET_POINT, "staged", "way", 9.0), *driven(elsewhere, "rl", "forest", 9.0),
+        *driven({"policy.beta": 1.0}, "rl", "forest", 9.0),
+    ]  # fmt: skip
+    context = Context(tmp_path, TINY, PAPER, Evidence([*own, *others]), (), {}, [])
+    [_, _, table] = driven_part(context, Point(PRESET_POINT, {}))
+    assert [(row[1], row[3]) for row in table.rows] == [("mujoco", "2")] * len(PAPER.performance)
+    assert len(context.judged) == 2 * len(PAPER.performance)
+    assert {each.verdict.word for each in context.judged} == {"agrees"}
+    assert len(context.gaps) == 1 and "30 of 40 stored runs on mujoco with parameters set" in context.gaps[0]

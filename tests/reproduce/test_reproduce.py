@@ -28,7 +28,7 @@ from colonysim.reproduce.pages import PAGES
 from colonysim.reproduce.paper import the_paper
 from colonysim.reproduce.plans import ABLATED, FULL, QUICK, asked, joined
 from colonysim.reproduce.push import ASKED, Trainings
-from colonysim.reproduce.recorded import DRAWINGS, RUNS
+from colonysim.reproduce.recorded import DRAWINGS, RUNS, drawn, recorded
 from colonysim.reproduce.summary import summary
 
 TINY = replace(QUICK, seeds=2, first_seed=10, episodes=3, drawn=2)
@@ -396,10 +396,24 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     assert (made.markdown.parent / "push-readings.png").stat().st_size > 5000
 
 
+def test_an_image_is_of_the_run_that_is_asked_for_and_a_damaged_run_is_made_again(tmp_path):
+    pytest.importorskip("matplotlib")
+
+    def image(seed: int) -> bytes:
+        return drawn("sanity-D", replace(TINY, first_seed=seed), tmp_path / "runs", tmp_path).read_bytes()
+
+    first, second = image(10), image(11)
+    assert first != second and image(10) == first
+    run = recorded(RUNS["sanity"], TINY, tmp_path / "runs")
+    [part, *_] = sorted((run.path / "deposits").iterdir())
+    part.write_bytes(part.read_bytes()[:100])
+    assert recorded(RUNS["sanity"], TINY, tmp_path / "runs").verify()
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"map": "eazy"}, "did you mean 'easy'?"), ({"map": "hard:r9-9"}, "the paper has no map"),
+        ({"map": "eazy"}, "the paper has no map 'eazy'"), ({"map": "hard:r9-9"}, "the paper has no map 'hard:r9-9'"),
         ({"policy": "colonny"}, "did you mean 'colony'?"), ({"policy": None}, "its 'policy'"),
         ({"feasibility": "oracle"}, "'oracle' is not known"), ({"parameters": None}, "its 'parameters'"),
         ({"parameters": {"a": [1]}}, "its 'parameters'"), ({"episodes": []}, "its 'episodes'"),
@@ -418,7 +432,7 @@ def test_a_stored_run_that_cannot_be_is_left_out_and_it_is_said_why(tmp_path, ch
     whole = stored_run("easy", "staged", 7)
     file.write_text(f"{whole}\n{json.dumps({**json.loads(whole), **changed})}\n")
     _, runs, [told] = stored_in_physics(file)
-    assert len(runs) == 1 and "line 2: " in told and said in told
+    assert len(runs) == 1 and said in told
 
 
 @pytest.mark.parametrize(
