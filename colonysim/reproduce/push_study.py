@@ -187,7 +187,7 @@ def _claims(context: Context, trained: Trainings) -> list[Block]:
 
 
 def _settings(trained: Trainings) -> Mapping[str, Any]:
-    return {"base": trained.base, "engine": trained.engine}
+    return {"base": trained.base, "engine": trained.engine, "letter": trained.base == LETTER}
 
 
 def _styles(context: Context, trained: Trainings, styles: Iterable[str]) -> Block:

@@ -66,7 +66,8 @@ TOPICS = (
         for engine in ENGINES
     ),
     Topic("What it says of parameters, asynchrony and marks", _RULES + _FIELDS, {"policy": "paper"}, named=True),
-    Topic("What it says of training the push", ("push",), {}, named=True),
+    Topic("Training the push by Algorithm 1 to the letter", ("push",), {"letter": True}, named=True),
+    Topic("Training the push by Algorithm 1 in a reading that differs", ("push",), {"letter": False}, named=True),
     Topic("Our rules `colony` with rigid bodies", _PHYSICS, {"policy": "colony"}),
     Topic("Our rules `colony` on the node world", ("performance-nodeworld",), {"policy": "colony"}),
     Topic("What the paper says of parameters and so on, under `colony`", _RULES + _FIELDS, {"policy": "colony"}),
