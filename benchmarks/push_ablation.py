@@ -235,20 +235,24 @@ def plot(given: argparse.Namespace) -> None:
         figure.savefig(given.out / f"push-ablation-{base.replace(' ', '-').replace(',', '')}.png", dpi=120)
 
 
+class Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
+    """Help with the description as it is written, and with every default."""
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=Formatter)
     parser.add_argument("what", choices=["run", "table", "plot"])
     parser.add_argument(
         "--base", nargs="+", choices=list(READINGS), default=["paper"], help="readings of Algorithm 1 to train"
     )
-    parser.add_argument("--engine", choices=ENGINES, default=default_engine())
+    parser.add_argument("--engine", choices=ENGINES, default=default_engine(), help="what pushes run on")
     parser.add_argument("--episodes", type=int, default=400, help="training episodes, exploration not counted")
     parser.add_argument("--pushes", type=int, default=200, help="pushes a terrain after each training")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="a training each; from 100 on: trials")
     every = sorted({name for names in GRID.values() for name in names})
-    parser.add_argument("--settings", nargs="+", default=every, choices=every)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--settings", nargs="+", default=every, choices=every, help="what to train")
+    parser.add_argument("--workers", type=int, default=2, help="trainings at a time")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="where rows are added")
     parser.add_argument("--work", type=Path, default=Path("runs/push-ablation"), help="checkpoints and networks")
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="where plots go")
     given = parser.parse_args()

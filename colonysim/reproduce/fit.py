@@ -174,7 +174,17 @@ def fit_part(context: Context) -> list[Block]:
     ]
     chosen = fresh.get(_key(best[0][1]))
     if chosen is not None and preset is not None:
-        blocks += [Heading(3, "The five rows at the best point, fresh seeds"), _rows(context, chosen, preset)]
+        readings = ", ".join(
+            f"`{_short(name)}` {chosen.parameters[name]} (the preset: {PRESET_POINT[name]})" for name in FITTED_READINGS
+        )
+        blocks += [
+            Heading(3, "The five rows at the best point, fresh seeds"),
+            Text(
+                f"The best point is under the readings {readings}. It was chosen by these very figures: that it comes "
+                "near them says that the rules can explain them, not that the paper used these values."
+            ),
+            _rows(context, chosen, preset),
+        ]
     return [*blocks, *driven_part(context, best[0][1])]
 
 
@@ -209,7 +219,7 @@ def driven_part(context: Context, best: Point) -> list[Block]:
                 rows.append([values, engine, row.label, str(len(point.runs[row.label])), *cells, far])
     if not rows:
         return []
-    columns = ["point", "engine", "map", "seeds", "steps", "", "success", "", "distance of all rows"]
+    columns = ["point", "engine", "map", "seeds", "steps", "verdict", "success", "verdict", "distance of all rows"]
     return [
         Heading(3, "With rigid bodies"),
         Text(
@@ -325,7 +335,8 @@ def _rows(context: Context, chosen: Point, preset: Point) -> Block:
             verdict = level(ours, reported, measure)
             about = f"{measure} on {row.label} (`{row.place}`)"
             settings = {"policy": "paper", "backend": "nodeworld"}
-            cells.append(context.judge(Judged(_STUDY, about, "`paper`, fitted", verdict, settings, digits)))
+            why = context.paper.reasons["nodeworld"]["paper"][measure].get(verdict.side or "", "")
+            cells.append(context.judge(Judged(_STUDY, about, "`paper`, fitted", verdict, settings, digits, why)))
             rows.append([row.label, measure, *cells])
     return Table(["map", "measure", "the paper", "the preset", "the best point", "verdict at the best point"], rows)
 

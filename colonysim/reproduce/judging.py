@@ -31,6 +31,9 @@ Intervals are of 95 %: over seeds, since the episodes of a run depend on each ot
 Wilson's. An *undecided* verdict comes with the number of seeds that would decide it if the means stayed as they are and
 the interval narrowed with the root of that number, which is rough where there are few seeds.
 
+Where few seeds left a verdict open, more were run, mostly as many as it asked for. That, and the number of comparisons,
+let some verdicts come about by chance: of a hundred true equalities about five are found to differ.
+
 - **A figure of the paper** is compared by the difference, ours less the paper's; its interval joins ours with that \
 of the paper's mean (its standard deviation over the root of its episodes). It *disagrees* if the interval leaves out \
 0, but is *better* if it lies where fewer steps, more success or more reward are; it *agrees* if the interval holds 0 \

@@ -16,11 +16,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from colonysim.reproduce.context import Context
-    from colonysim.reproduce.judging import Expected
+    from colonysim.reproduce.judging import Expected, Verdict
     from colonysim.reproduce.push import Trainings
 
 __all__ = ["push_part"]
 
+_DIVERGED = 100.0
+"""A loss above this means that values have diverged: a return is seldom above 15."""
 _CURVES = 4
 """Most curves of a panel."""
 _MEANS = {
@@ -163,7 +165,10 @@ def _claims(context: Context, trained: Trainings) -> list[Block]:
         ]
     blocks.append(
         Text(
-            "The reward of tests, in the image and the next table, is the one that the reading itself trains with, "
+            "Trainings on holes alone. The paper's *end* is the last third of the tests, its *initial* performance the "
+            "first third, *faster* and *slower* mean more or less reward over all tests; *first* and *second* are the "
+            "two settings in the order in which the claim names the better one first. The reward of tests, in the "
+            "image and the next table, is the one that the reading itself trains with, "
             "which for `clear` holds its 5 more for a success and 2 less for a failure; that of the pushes further "
             "down is the paper's (Eq. 8) for every reading."
         )
@@ -201,11 +206,24 @@ def _styles(context: Context, trained: Trainings, styles: Iterable[str]) -> Bloc
             ours = Figure.of(list(trained.pushed(setting, terrain, measure).values()), WITHIN.get(measure))
             verdict = level(ours, Reported(mean, sd, paper.pushes), measure)
             about = f"{measure} on {terrain} ({style}) (`{paper.place}`)"
-            word = context.judge(Judged("push", about, trained.label, verdict, _settings(trained)))
+            judged = Judged("push", about, trained.label, verdict, _settings(trained), why=_why(trained, verdict))
+            word = context.judge(judged)
             shown, count = (ours.shown(2), ours.count) if ours else ("-", 0)
             rows.append([style, terrain, measure, f"{mean:g} ± {sd:g}", shown, str(count), word])
     columns = ["style", "terrain", "measure", f"the paper, {paper.pushes} pushes", "ours", "trainings", "verdict"]
     return Table(columns, rows)
+
+
+def _why(trained: Trainings, verdict: Verdict) -> str:
+    """Why networks of the letter are worse, if what they have learned says so."""
+    largest = max((loss for row in trained.rows for loss in row.losses), default=0.0)
+    if trained.base != LETTER or verdict.word != "disagrees" or largest < _DIVERGED:
+        return ""
+    return (
+        "To the letter the values of actions diverge: the target that the paper prints takes the two networks the "
+        f"other way round than Double DQN does, and the loss reaches {largest:,.0f} on {trained.engine}, which no "
+        "return can explain."
+    )
 
 
 def _compared(

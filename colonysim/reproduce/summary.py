@@ -52,17 +52,17 @@ _FIELDS = ("pheromones-sanity", "pheromones-easy", "pheromones-medium", "pheromo
 _PHYSICS = ("performance-physics",)
 TOPICS = (
     Topic(
-        "The paper's own system with rigid bodies", _PHYSICS,
+        "The paper's rules with a learned push (`rl`, `forest`), rigid bodies", _PHYSICS,
         {"policy": "paper", "backend.push": "rl", "backend.feasibility": "forest"}, named=True,
     ),
-    Topic("Its rules with our push `staged`", _PHYSICS, {"policy": "paper", "backend.push": "staged"}),
+    Topic("Its rules with the push `staged`, rigid bodies", _PHYSICS, {"policy": "paper", "backend.push": "staged"}),
     Topic("Its rules on the node world", ("performance-nodeworld",), {"policy": "paper"}),
     Topic(
-        "Its rules on the node world, the unprinted parameters as they fit best", ("fit",),
+        "Its rules on the node world, fitted to these very figures", ("fit",),
         {"policy": "paper", "backend": "nodeworld"}, named=True,
     ),
     *(
-        Topic(f"Its own system with these parameters, on {engine}", ("fit",), {"policy": "paper", "backend": engine})
+        Topic(f"The fitted rules with the learned push, on {engine}", ("fit",), {"policy": "paper", "backend": engine})
         for engine in ENGINES
     ),
     Topic("What it says of parameters, asynchrony and marks", _RULES + _FIELDS, {"policy": "paper"}, named=True),
@@ -79,8 +79,9 @@ _WORDS = (
 )
 _NAMES = (
     "`paper` is the paper's rules with their contradictions repaired, `colony` the ones that we recommend. `rl` is the "
-    "learned push from wherever the robot is, `staged` the same after a scripted approach. Bullet and MuJoCo simulate "
-    "rigid bodies; on the node world robots step from node to node and every push succeeds. `r20-4`, `r5-4` and `r5-6` "
+    "learned push from wherever the robot is, `staged` the same after a scripted approach; both use the network that "
+    "comes with this package, which was trained longer and otherwise than by the paper's Algorithm 1. Bullet and MuJoCo "
+    "simulate rigid bodies; on the node world robots step from node to node and every push succeeds. `r20-4`, `r5-4` and `r5-6` "
     "are the map hard with robots that see 20, 5 and 5 units far, and with four, four and six of them."
 )
 
@@ -92,7 +93,7 @@ def summary(context: Context) -> list[Block]:
     blocks: list[Block] = [Text(_WORDS), Text(_overall(judged))]
     parts = (
         ("What holds: as in the paper, or better", ("agrees", "better"), _QUOTED),
-        ("What does not: ours less the paper's in brackets", ("disagrees",), len(judged)),
+        ("What does not: ours less the paper's in brackets, one for each engine", ("disagrees",), len(judged)),
     )
     for title, words, quoted in parts:
         lines = [
@@ -118,7 +119,9 @@ def _overall(judged: Sequence[Judged]) -> str:
         f"We set {_count(len(judged), 'figure or claim', 'figures and claims')} of the paper beside runs of our own: "
         f"{words['agrees']} agree, in {words['better']} ours is better, {words['disagrees']} differ, "
         f"{words['undecided']} are undecided, which means that our runs are too few to tell them from chance. "
-        "[The rule](verdicts.md) says what exactly these words mean."
+        "A figure counts once for each engine, push and set of rules that is set beside it, and *better* is whatever "
+        "takes shown fewer steps, more success or more reward than the paper's. [The rule](verdicts.md) says what "
+        "exactly these words mean."
     )
 
 
@@ -187,15 +190,19 @@ def _learning(context: Context) -> str:
         key=lambda each: fmean(abs(ours.mean - their) for ours, their in zip(each[1], theirs, strict=True)),
         default=None,
     )
-    told = [
-        f"{'to the letter' if one.base == LETTER else f'by the reading `{one.base}`'} on {one.engine} "
-        f"{', '.join(figure.shown(2) for figure in found)} ({_count(found[0].count, 'training')})"
-        for one, found in [*(each for each in pushed if each[0].base == LETTER), *([nearest] if nearest else [])]
-    ]
+    told = []
+    for one, found in [*(each for each in pushed if each[0].base == LETTER), *([nearest] if nearest else [])]:
+        last = [figure.shown(2) for terrain in INDIVIDUAL if (figure := one.success(terrain, last=True))]
+        peak = fmean(row.peak_episode for row in one.of(one.all_terrains()).values())
+        told.append(
+            f"{'to the letter' if one.base == LETTER else f'by the reading `{one.base}`'} on {one.engine} "
+            f"{', '.join(figure.shown(2) for figure in found)} ({_count(found[0].count, 'training')}, the best after "
+            f"{peak:.0f} episodes on average; the last networks {', '.join(last) or '-'})"
+        )
     return (
         "How many pushes succeed on flat ground, up a slope and into a hole, by the best network of a training on all "
         f"three: in the paper {', '.join(f'{their:.2f}' for their in theirs)} after {paper.all_in_one.training} "
-        f"training episodes; here after {context.trainings[0].episodes} "
+        f"training episodes; here of trainings of {context.trainings[0].episodes} episodes "
         f"{'; '.join(told) or '- (none was trained on all)'}. [The push](push.md) says what the readings are."
     )
 

@@ -225,9 +225,9 @@ def test_the_summary_is_made_from_verdicts_alone():
     assert "We set 4 figures and claims of the paper" in text
     assert "1 agree, in 1 ours is better, 1 differ, 1 are undecided" in text
     holds, differs, why, is_open = re.findall(r"(?m)^- (.*)$", text)
-    assert holds == "**The paper's own system with rigid bodies:** steps on easy (2 of 3)."
+    assert holds == "**The paper's rules with a learned push (`rl`, `forest`), rigid bodies:** steps on easy (2 of 3)."
     assert differs.endswith(" steps on easy (1 of 3: +3.2).") and why == "Because."
-    assert "| The paper's own system with rigid bodies | 3 | 1 | 1 | 1 | 0 |" in text
+    assert "| The paper's rules with a learned push (`rl`, `forest`), rigid bodies | 3 | 1 | 1 | 1 | 0 |" in text
     assert "| Our rules `colony` with rigid bodies | 1 | 0 | 0 | 0 | 1 |" in text
     assert is_open == "steps on easy (colony): about 9 seeds would do."
 
@@ -389,9 +389,10 @@ def test_readings_stand_side_by_side_and_those_with_several_seeds_are_judged(tmp
     assert "several seeds, `standard target`, bullet is shown to reach the paper's success" in text
     first = made.markdown.read_text()
     assert (
-        "in the paper 0.94, 1.00, 0.90 after 400 training episodes; here after 400 to the letter on bullet 1.00, 1.00, "
-        "1.00 (1 training); by the reading `standard target` on bullet 1.00 [1.00, 1.00], 1.00 [1.00, 1.00], "
-        "1.00 [1.00, 1.00] (3 trainings)." in first
+        "in the paper 0.94, 1.00, 0.90 after 400 training episodes; here of trainings of 400 episodes to the letter on "
+        "bullet 1.00, 1.00, 1.00 (1 training, the best after 300 episodes on average; the last networks 1.00, 1.00, "
+        "1.00); by the reading `standard target` on bullet 1.00 [1.00, 1.00], 1.00 [1.00, 1.00], 1.00 [1.00, 1.00] "
+        "(3 trainings, " in first
     )
     assert (made.markdown.parent / "push-readings.png").stat().st_size > 5000
 
