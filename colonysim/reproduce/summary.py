@@ -80,9 +80,10 @@ _WORDS = (
 _NAMES = (
     "`paper` is the paper's rules with their contradictions repaired, `colony` the ones that we recommend. `rl` is the "
     "learned push from wherever the robot is, `staged` the same after a scripted approach; both use the network that "
-    "comes with this package, which was trained longer and otherwise than by the paper's Algorithm 1. Bullet and MuJoCo "
-    "simulate rigid bodies; on the node world robots step from node to node and every push succeeds. `r20-4`, `r5-4` and `r5-6` "
-    "are the map hard with robots that see 20, 5 and 5 units far, and with four, four and six of them."
+    "comes with this package, which was trained longer and otherwise than by the paper's Algorithm 1. Bullet and "
+    "MuJoCo simulate rigid bodies; on the node world robots step from node to node and every push succeeds. `r20-4`, "
+    "`r5-4` and `r5-6` are the map hard with robots that see 20, 5 and 5 units far, and with four, four and six of "
+    "them."
 )
 
 
