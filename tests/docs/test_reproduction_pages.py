@@ -70,7 +70,7 @@ def test_every_row_with_rigid_bodies_has_five_seeds_of_twenty_episodes_or_is_sai
 
 
 def test_why_six_robots_block_each_other_is_what_the_fit_has_found():
-    why = "At none of the values that we tried do their steps come near the paper's under that rule; where each robot"
+    why = "At none of the values that were tried do the steps with six come near the paper's under that rule"
     assert why in (PAGES / "index.md").read_text(encoding="utf-8")
     lines = (PAGES / "fit.md").read_text(encoding="utf-8").splitlines()
     [names] = [line.strip("| ").split(" | ") for line in lines if line.startswith("| map | measure | the paper | res")]
