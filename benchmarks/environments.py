@@ -22,7 +22,9 @@ import numpy as np
 
 import colonysim
 from colonysim import rl
+from colonysim.policies.policy import Choice
 from colonysim.policies.uniform import Uniform
+from colonysim.policies.view import LocalView
 
 EPISODES = 10
 
@@ -33,7 +35,7 @@ class Counted(Uniform):
     name = "counted"
     asked = 0
 
-    def decide(self, view, memory, random):
+    def decide(self, view: LocalView, memory: None, random: random.Random) -> Choice:
         Counted.asked += 1
         return super().decide(view, memory, random)
 
@@ -122,7 +124,8 @@ def warehouse(scenario: colonysim.Scenario) -> int:
 
     agents, asked, stream = len(scenario.agents), 0, random.Random(1)
     env = gymnasium.make("rware-tiny-2ag-v2", n_agents=agents, disable_env_checker=True).unwrapped
-    moves = [space.n for space in env.action_space]
+    spaces: Any = env.action_space
+    moves = [space.n for space in spaces]
     env.reset(seed=1)
     over = False
     while not over:
@@ -132,7 +135,9 @@ def warehouse(scenario: colonysim.Scenario) -> int:
     return asked
 
 
-OURS = {"native": native, "aec": through_aec, "parallel": through_parallel}
+OURS: dict[str, Callable[[colonysim.Scenario], int]] = {
+    "native": native, "aec": through_aec, "parallel": through_parallel,
+}
 OTHERS: dict[str, tuple[str, Callable[[colonysim.Scenario], int]]] = {
     "simple_spread, aec": ("mpe2", spread_aec), "simple_spread, parallel": ("mpe2", spread_parallel),
     "rware-tiny": ("rware", warehouse),

@@ -22,7 +22,7 @@ from colonysim.errors import ColonysimError
 from colonysim.intervals import wilson
 from colonysim.jsonlines import append_line, read_lines
 from colonysim.processes import results
-from colonysim.scenario.invent import invent
+from colonysim.scenario.invent import Kind, invent
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results" / "generated_worlds.jsonl"
 EPISODES = 6
@@ -31,7 +31,8 @@ EPISODES = 6
 def world(seed: int) -> dict[str, Any]:
     """The document of one world; its size is drawn again until `new` accepts it."""
     rng = random.Random(f"generated/{seed}")
-    kind = ("grid", "rooms", "platforms", "geometric")[seed % 4]
+    kinds: tuple[Kind, ...] = ("grid", "rooms", "platforms", "geometric")
+    kind = kinds[seed % 4]
     while True:
         asked: dict[str, Any] = {"agents": rng.randint(3, 6), "seed": seed}
         if kind == "grid":

@@ -22,6 +22,7 @@ from colonysim.push import (
     run_alone,
     scripted_push,
 )
+from colonysim.push.task import Kind
 
 XY_SCALE, Z_SCALE = 1.6, 0.696
 TOP, LOW = 5.04 * Z_SCALE, 4.54 * Z_SCALE
@@ -103,7 +104,7 @@ def run_trial(
     with Scene(terrain, [box], [robot]) as scene:
         around = everything_else(scene, 0)
         for here, there in zip((first, *way), way, strict=False):
-            kind = "hole" if there in holes else "slope" if here == "30" else "flat"
+            kind: Kind = "hole" if there in holes else "slope" if here == "30" else "flat"
             task = PushTask(0, at(here), at(there), kind, height(there), holes.get(there))
             margins.append(plan_push(scene, 0, task, around()).margin)
             result = run_alone(scene, 0, scripted_push(scene, 0, task, around, settings=settings))

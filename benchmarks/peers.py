@@ -17,7 +17,7 @@ import subprocess
 import sys
 import time
 import venv
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,8 @@ def mesa_walk(make: Callable[[random.Random], Any], agents: int, steps: int, cro
     from mesa.discrete_space import CellAgent
 
     class Walker(CellAgent):  # type: ignore[misc]
+        cell: Any
+
         def step(self) -> None:
             self.cell = self.cell.neighborhood.select_random_cell()
 
@@ -135,12 +137,12 @@ def yardstick(processes: int, count: int = 100_000) -> float:
     each = max(1, count // processes)
     env = simpy.Environment()
 
-    def sleeper():  # type: ignore[no-untyped-def]
+    def sleeper() -> Iterator[simpy.Event]:
         for _ in range(each):
             yield env.timeout(0.9 + 0.2 * draw.random())
 
     for _ in range(processes):
-        env.process(sleeper())
+        env.process(sleeper())  # type: ignore[arg-type]
     began = time.perf_counter()
     env.run()
     return each * processes / (time.perf_counter() - began)

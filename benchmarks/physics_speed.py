@@ -54,19 +54,19 @@ class Recording:
 
     def push(self, body: int, force: Any, at: Any, torque: Any) -> None:
         self.tape.append(("push", (body, force, at, torque)))
-        super().push(body, force, at, torque)
+        super().push(body, force, at, torque)  # type: ignore[misc]
 
     def wake(self, body: int) -> None:
         self.tape.append(("wake", (body,)))
-        super().wake(body)
+        super().wake(body)  # type: ignore[misc]
 
     def remove(self, body: int) -> None:
         self.tape.append(("remove", (body,)))
-        super().remove(body)
+        super().remove(body)  # type: ignore[misc]
 
     def step(self) -> None:
         self.tape.append(("step", ()))
-        super().step()
+        super().step()  # type: ignore[misc]
 
 
 def engine_with(what: type, name: str) -> Any:
@@ -165,7 +165,7 @@ class Paced:
     after_slice: Callable[[], None] | None = None
 
     def step(self) -> None:
-        super().step()
+        super().step()  # type: ignore[misc]
         self.steps += 1
         if self.steps % (2 * SLICE) == 0 and self.after_slice is not None:
             self.after_slice()

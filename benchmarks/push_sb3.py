@@ -128,7 +128,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("docs/results/push_sb3.jsonl"))
     given = parser.parse_args()
     names = {"row", "actions", "seed"}
-    rows, faults = [], {}
+    rows: list[dict[str, Any]] = []
+    faults: dict[int, str] = {}
     if given.out.exists():
         rows, faults = read_lines(given.out, lambda row: None if names <= row.keys() else "no training")
     warn_of(given.out, faults, "these trainings are made again")

@@ -151,7 +151,8 @@ def on_ray(trials: int, episodes: int) -> int:
         cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
         node = cluster.add_node(num_cpus=1)
         ray.init(address=cluster.address, log_to_driver=False)
-        begun, gone = [], []
+        begun: list[bool] = []
+        gone: list[int] = []
 
         def watch(outcome: object, done: int, total: int) -> None:
             begun.append(getattr(outcome, "status", "") == "running")

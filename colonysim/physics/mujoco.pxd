@@ -2,7 +2,6 @@
 cimport cython
 
 
-@cython.final
 cdef class MujocoEngine:
     cdef readonly object facts
     cdef object _mj, _spec, _model, _data, _numpy, _advance, _touch

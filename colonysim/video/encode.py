@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from PIL.Image import Image
-
-    from colonysim.video.film import Film
 
 __all__ = ["encode"]
 
@@ -24,8 +22,28 @@ _FLAT, _BLENDED = 127, 128
 index that is left."""
 
 
-def encode(film: Film, path: Path, ending: str, progress: Callable[[int, int], None]) -> None:
-    """Writes all images of a film.
+class Images(Protocol):
+    """Images of one size, drawn when they are asked for: height x width x 3, 8 bits each.
+
+    Attributes:
+        fps: Frames a second.
+        size: Width and height, pixels.
+    """
+
+    fps: int
+    size: tuple[int, int]
+
+    def __len__(self) -> int:
+        """How many there are."""
+        ...
+
+    def __getitem__(self, number: int, /) -> np.ndarray[Any, Any]:
+        """One of them."""
+        ...
+
+
+def encode(film: Images, path: Path, ending: str, progress: Callable[[int, int], None]) -> None:
+    """Writes all images of a film, or of whatever else has some.
 
     Args:
         film: The images.
@@ -39,7 +57,7 @@ def encode(film: Film, path: Path, ending: str, progress: Callable[[int, int], N
     {".mp4": _mp4, ".gif": _gif}[ending](film, path, progress)
 
 
-def _mp4(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
+def _mp4(film: Images, path: Path, progress: Callable[[int, int], None]) -> None:
     import av
 
     try:
@@ -49,7 +67,7 @@ def _mp4(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
         raise error if isinstance(error, OSError) else OSError(error.errno, error.strerror) from error
 
 
-def _encode(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
+def _encode(film: Images, path: Path, progress: Callable[[int, int], None]) -> None:
     import av
 
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
@@ -62,7 +80,7 @@ def _encode(film: Film, path: Path, progress: Callable[[int, int], None]) -> Non
         container.mux(stream.encode())
 
 
-def _gif(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
+def _gif(film: Images, path: Path, progress: Callable[[int, int], None]) -> None:
     """One palette for all images and no dithering: what does not change costs nothing."""
     from PIL import Image
 
@@ -82,7 +100,7 @@ def _gif(film: Film, path: Path, progress: Callable[[int, int], None]) -> None:
     )  # fmt: skip
 
 
-def _palette(film: Film) -> Image:
+def _palette(film: Images) -> Image:
     """The commonest colours of some images as they are, and a choice of the others; one index stays free."""
     from PIL import Image
 

@@ -11,6 +11,7 @@ import pytest
 from colonysim.installing import install_command
 from colonysim.physics import (
     STANDARD,
+    TICK_SECONDS,
     BoxSpec,
     Ground,
     MissingEngineError,
@@ -22,6 +23,7 @@ from colonysim.physics import (
     make_engine,
     wheel_speeds,
 )
+from colonysim.physics.engine import STEP_SECONDS, default_engine
 from colonysim.physics.traction import Traction
 
 pytestmark = pytest.mark.usefixtures("engine")
@@ -57,6 +59,27 @@ def test_robot_pushes_a_box_straight():
         assert box.x > 2.4
         assert abs(box.y) < 0.05
         assert abs(box.yaw) < 0.05
+
+
+def test_an_engine_can_be_derived_from():
+    """What a derived class replaces is called: so pushes are recorded, or a wind is added."""
+    plain = make_engine(default_engine())
+    plain.close()
+
+    class Counted(type(plain)):
+        steps = 0
+
+        def step(self):
+            self.steps += 1
+            super().step()
+
+    engine = Counted(dt=STEP_SECONDS)
+    with Scene(FLAT, [], [RobotSpec(0, 0, 0, 0)], engine=engine) as scene:
+        scene.drive(0, *wheel_speeds(0.5, 0.0))
+        for _ in range(60):
+            scene.tick()
+        assert engine.steps == 60 * round(TICK_SECONDS / STEP_SECONDS)
+        assert scene.robot(0).x > 0.3
 
 
 def test_sleeping_bodies_wake_when_driven_or_bumped():
