@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -19,6 +19,7 @@ from colonysim.provenance import parts_of
 from colonysim.scenario.contradictions import refuse_contradictions
 from colonysim.scenario.loading import load_scenario
 from colonysim.scenario.scenario import Scenario
+from colonysim.signals import held
 from colonysim.simulation import Colony, mode_of
 from colonysim.simulation.colony_state import check_savable
 from colonysim.simulation.keeping import saved_of
@@ -31,17 +32,17 @@ from colonysim.trace.reader import Run
 from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from colonysim.backends.protocol import Backend
     from colonysim.policies.policy import Policy
     from colonysim.trace.groups import GroupResult
-    from colonysim.trace.schema import Event, Frame, Tap
+    from colonysim.trace.schema import Event, Frame, Table, Tap
 
 Attendant: TypeAlias = "Callable[[Colony, Callable[[], None]], object]"
 """Is called between two events with the colony, and a function that tells a tap the rows so far."""
 
-__all__ = ["CHECKPOINT", "groups_at_end", "play", "recording", "run", "start_with"]
+__all__ = ["CHECKPOINT", "groups_at_end", "new_run", "play", "recording", "run", "start_with"]
 
 CHECKPOINT = "checkpoint.npz"
 """The newest saved colony in the directory of a run that is under way, or was stopped."""
@@ -176,13 +177,12 @@ def run(
         recorded=kept.document(),
         engine=getattr(body, "engine", None),
     )
-    directory, made = None, _absent(Path("runs") if out is None else Path(out))
+    made = _absent(Path("runs") if out is None else Path(out))
     if trace:
         named = policy if policy is not None else scenario.policy
         # "physics" is the engine that was found for it.
         driven = manifest["backend"] if backend == "physics" else backend
         manifest["sources"] = parts_of(named, driven, scenario.parameters, backend_options, scenario.parts_of_groups)
-        directory = prepare_directory(None if out is None else Path(out), manifest)
     origin = origin_of(backend, backend_options, policy)
     # Groups have policies of their own, and changed parameters make other ones: what was asked for has to be known.
     remade = bool(scenario.groups or scenario.changes) or not (attend is None and on_begin is None)
@@ -193,9 +193,14 @@ def run(
             sink=writer, initial=start, decisions="decisions" in kept.tables, kinds=kinds, origin=origin,
         )  # fmt: skip
 
+    directory = None
     try:
-        with nullcontext() if directory is None else recording(directory):
-            writer = TraceWriter(directory, manifest, drop=kept.dropped, tap=tap)
+        with (
+            new_run(None if out is None else Path(out), manifest, drop=kept.dropped, tap=tap)
+            if trace
+            else TraceWriter(None, manifest, drop=kept.dropped, tap=tap)
+        ) as writer:
+            directory = writer.directory
             groups: list[GroupResult] = []
             recorded = Run(directory, manifest, writer.results, scenario, groups)
             with following(recorded, shown, on_event) as on_event:
@@ -208,6 +213,30 @@ def run(
             _take_back(directory, [directory, *made] if out is None else made)
         raise
     return recorded
+
+
+@contextmanager
+def new_run(
+    out: Path | None, manifest: dict[str, Any], *, drop: Collection[Table] = (), tap: Tap | None = None
+) -> Iterator[TraceWriter]:
+    """The writer of a new run, whose directory it makes and holds; however the block ends, the manifest says how.
+
+    Args:
+        out: The directory, absent or empty; None for a new one below `runs/`.
+        manifest: The manifest as it is at the start.
+        drop: Tables that are not kept.
+        tap: Is told the rows of all tables while they come.
+
+    Raises:
+        TraceError: The directory holds files already, or cannot be made or written to.
+    """
+    with ExitStack() as under_way:
+        # A stop between the first manifest, which says "running", and the writer would leave it at that.
+        with held():
+            directory = prepare_directory(out, manifest)
+            under_way.enter_context(recording(directory))
+            writer = under_way.enter_context(TraceWriter(directory, manifest, drop=drop, tap=tap))
+        yield writer
 
 
 @contextmanager
@@ -240,11 +269,11 @@ def play(
     attend: Attendant | None = None,
     checkpoint_every: float | None,
 ) -> None:
-    """Lets a colony go on to its end, and records it.
+    """Lets a colony go on to its end, and records it; the writer is finished then.
 
     Args:
         make: Makes the colony, of a writer and the kinds of events that are wanted.
-        writer: The writer; it is finished then.
+        writer: The writer, in whose context this is called: it says how the run ended if it is stopped.
         recorded: The run.
         groups: Gets the results of groups; None if they are read from the trace.
         on_start: As for `run`, as all others.
@@ -255,27 +284,27 @@ def play(
         checkpoint_every: The same.
     """
     listens = not (on_event is None and on_begin is None and tap is None and attend is None)
-    with writer:
-        if on_start:
-            on_start(recorded)
-        with make(writer, None if listens else ("episode",)) as colony:
-            if on_begin:
-                on_begin(colony)
-            _note_measures(colony, writer)
-            checkpoints = None if checkpoint_every is None else Checkpoints(colony, writer, checkpoint_every)
-            for event in colony:
-                if groups is not None and event.kind == "episode":
-                    groups += groups_at_end(colony, event.episode)
-                if on_event:
-                    on_event(event, recorded)
-                if tap:
-                    writer.share()
-                if attend and not colony.pending:
-                    attend(colony, writer.share_now)
-                if checkpoints:
-                    checkpoints.look()
-            if not colony.completed:
-                raise ColonysimError("the colony was closed before its last episode had ended")
+    if on_start:
+        on_start(recorded)
+    with make(writer, None if listens else ("episode",)) as colony:
+        if on_begin:
+            on_begin(colony)
+        _note_measures(colony, writer)
+        checkpoints = None if checkpoint_every is None else Checkpoints(colony, writer, checkpoint_every)
+        for event in colony:
+            if groups is not None and event.kind == "episode":
+                groups += groups_at_end(colony, event.episode)
+            if on_event:
+                on_event(event, recorded)
+            if tap:
+                writer.share()
+            if attend and not colony.pending:
+                attend(colony, writer.share_now)
+            if checkpoints:
+                checkpoints.look()
+        if not colony.completed:
+            raise ColonysimError("the colony was closed before its last episode had ended")
+    writer.finish("finished")
     if writer.directory is not None:
         remove_file(writer.directory / CHECKPOINT, TraceError)
 

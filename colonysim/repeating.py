@@ -9,12 +9,11 @@ from colonysim.errors import TraceError
 from colonysim.files import shown_path
 from colonysim.processes import refuse_rerun
 from colonysim.progress import following, shows
-from colonysim.recording import play, recording
+from colonysim.recording import new_run, play
 from colonysim.resuming import anew, refuse_other_models, refuse_other_versions
 from colonysim.trace.kept import dropped_in
-from colonysim.trace.manifest import now, prepare_directory, read_manifest, versions
+from colonysim.trace.manifest import now, read_manifest, versions
 from colonysim.trace.reader import Run
-from colonysim.trace.writer import TraceWriter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from colonysim.scenario.scenario import Scenario
     from colonysim.simulation import Colony
     from colonysim.trace.schema import Event
+    from colonysim.trace.writer import TraceWriter
 
 __all__ = ["first_difference", "repeat"]
 
@@ -76,15 +76,13 @@ def repeat(
         status="running", started=now(), finished=None, rows={}, trace_sha256=None, versions=versions(),
         repeats=shown_path(directory),
     )  # fmt: skip
-    place = prepare_directory(None if out is None else Path(out), manifest)
 
     def made(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:
         decisions = "decisions" in manifest["recorded"]["tables"]
         return anew(manifest, scenario, policy, backend, writer, kinds, decisions=decisions)
 
-    with recording(place):
-        writer = TraceWriter(place, manifest, drop=dropped_in(manifest))
-        run = Run(place, manifest, writer.results, scenario)
+    with new_run(None if out is None else Path(out), manifest, drop=dropped_in(manifest)) as writer:
+        run = Run(writer.directory, manifest, writer.results, scenario)
         with following(run, shown, on_event) as on_event:
             play(
                 made, writer, run, on_start=on_start, on_event=on_event, on_begin=None, tap=None, checkpoint_every=None

@@ -100,36 +100,35 @@ def resume(
         again = {"at": now(), "from": None if saved is None else CHECKPOINT}
         manifest["resumed"] = [*manifest.get("resumed", []), again]
         kept: dict[str, int] = {} if saved is None else dict(saved.extra["rows"])
+        touched = False
 
         def made(writer: TraceWriter, kinds: tuple[str, ...] | None) -> Colony:
+            nonlocal touched
             decisions = "decisions" in manifest["recorded"]["tables"]
-            try:
-                if saved is None:
-                    colony = anew(manifest, scenario, policy, backend, writer, kinds, decisions=decisions)
-                else:
-                    colony = loaded(
-                        Colony, source, saved, policy=policy, backend=backend, sink=writer, decisions=decisions,
-                        kinds=kinds,
-                    )  # fmt: skip
-                writer.take_up(kept)
-                for item in _made_since(colony, manifest):
-                    colony.change(item)
-            except BaseException:
-                untouched.append(True)
-                raise
+            if saved is None:
+                colony = anew(manifest, scenario, policy, backend, writer, kinds, decisions=decisions)
+            else:
+                colony = loaded(
+                    Colony, source, saved, policy=policy, backend=backend, sink=writer, decisions=decisions,
+                    kinds=kinds,
+                )  # fmt: skip
+            writer.take_up(kept)
+            for item in _made_since(colony, manifest):
+                colony.change(item)
+            touched = True
             return colony
 
-        untouched: list[bool] = []
-        writer = TraceWriter(directory, manifest, drop=dropped_in(manifest), tap=tap)
-        run = Run(directory, manifest, writer.results, scenario)
         try:
-            with following(run, shown, on_event) as on_event:
+            with (
+                TraceWriter(directory, manifest, drop=dropped_in(manifest), tap=tap) as writer,
+                following(run := Run(directory, manifest, writer.results, scenario), shown, on_event) as on_event,
+            ):
                 play(
                     made, writer, run, on_start=on_start, on_event=on_event, on_begin=on_begin, tap=tap,
                     checkpoint_every=checkpoint_every,
                 )  # fmt: skip
         except BaseException:
-            if untouched:  # nothing has happened to it: it is as it was
+            if not touched:  # nothing has happened to it: it is as it was
                 write_manifest(directory, before)
             raise
         return run

@@ -12,10 +12,13 @@ import sys
 import termios
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import colonysim
 from colonysim.sweep.tables import read_table
+from colonysim.trace.manifest import prepare_directory
 from colonysim.trace.reader import Run
 
 COLONYSIM = [sys.executable, "-m", "colonysim"]
@@ -99,6 +102,47 @@ def test_a_sweep_that_is_terminated_can_go_on(tmp_path: Path) -> None:
     assert process.returncode == 143 and "Run the same command again" in err and "Traceback" not in err
     statuses = read_table(tmp_path / "out", "trials")["status"].to_pylist()
     assert {"succeeded", "interrupted", "pending"} == set(statuses) and statuses.count("interrupted") == 1
+
+
+def stop_once_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C comes right after a run's first manifest has been written."""
+
+    def prepared(*given: Any) -> Path:
+        directory = prepare_directory(*given)
+        signal.raise_signal(signal.SIGINT)
+        return directory
+
+    monkeypatch.setattr(colonysim.recording, "prepare_directory", prepared)
+
+
+def test_a_run_that_is_stopped_before_it_begins_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    colonysim.run("sanity", episodes=1, out=tmp_path / "whole")
+    stop_once_made(monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.run("sanity", episodes=1, out=tmp_path / "run")
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.repeat(tmp_path / "whole", out=tmp_path / "again")
+    for name in ("run", "again"):
+        run = Run.open(tmp_path / name)
+        assert run.status == "interrupted" and not run.episodes and run.verify()
+
+
+def test_a_run_that_is_stopped_before_it_goes_on_is_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def stop_after_two(event: object, run: Run) -> None:
+        if len(run.episodes) == 2:
+            stop()
+
+    path = tmp_path / "run"
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.run("sanity", episodes=3, out=path, on_event=stop_after_two)
+    before = (path / "manifest.json").read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        colonysim.resume(path, on_start=stop)
+    assert (path / "manifest.json").read_bytes() == before
+    assert Run.open(path).verify() and len(colonysim.resume(path).episodes) == 3
 
 
 def stopped_at_random(folder: Path, count: int, seed: int, words: list[str]) -> None:
