@@ -137,7 +137,7 @@ def warehouse(scenario: colonysim.Scenario) -> int:
 
 OURS: dict[str, Callable[[colonysim.Scenario], int]] = {
     "native": native, "aec": through_aec, "parallel": through_parallel,
-}
+}  # fmt: skip
 OTHERS: dict[str, tuple[str, Callable[[colonysim.Scenario], int]]] = {
     "simple_spread, aec": ("mpe2", spread_aec), "simple_spread, parallel": ("mpe2", spread_parallel),
     "rware-tiny": ("rware", warehouse),

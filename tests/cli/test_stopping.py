@@ -127,7 +127,7 @@ def test_a_run_that_is_stopped_before_it_begins_says_so(tmp_path: Path, monkeypa
         assert run.status == "interrupted" and not run.episodes and run.verify()
 
 
-def test_a_run_that_is_stopped_before_it_goes_on_is_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_is_stopped_before_it_goes_on_is_as_it_was(tmp_path: Path) -> None:
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
